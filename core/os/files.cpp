@@ -166,7 +166,8 @@ void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes
 }
 
 void try_space(const std::filesystem::path& path, std::uint64_t bytes) {
-  const FileDescriptor file = open_file(path, O_WRONLY | O_CREAT | O_TRUNC);
+  ::unlink(path.c_str());  // of a killed process, or a link to another file, which must not be followed
+  const FileDescriptor file = open_file(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
   const bool granted = ::fallocate(file.get(), 0, 0, static_cast<off_t>(bytes)) == 0;
   const int error_number = errno;
   ::unlink(path.c_str());

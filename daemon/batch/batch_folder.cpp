@@ -63,16 +63,36 @@ auto parsed(const fs::path& path, const char* schema, const Read& read) {
   }
 }
 
+/// A list may be a stranger's, and an ID becomes the name of a folder. @throws DataError
+void require_folder_name(const fs::path& list, const std::string& id) {
+  const bool is_name =
+      !id.empty() && id.front() != '.' && id.find_first_of(std::string_view("/\0", 2)) == std::string::npos;
+  if (!is_name) throw DataError(fmt::format("{}: \"{}\" is no name of a record's folder", list.string(), id));
+}
+
 Batch read_batch(const fs::path& path) {
-  return parsed(path, kSchema, [](const Json& document) {
+  return parsed(path, kSchema, [&](const Json& document) {
     Batch batch;
     batch.rules = {document.at("version"), document.at("options"), document.at("option_sha256")};
     for (const Json& record : document.at("records")) {
       batch.records.push_back({record.at("id"), record.at("source"), record.at("sha256")});
+      require_folder_name(path, batch.records.back().id);
     }
     return batch;
   });
 }
+
+/// Files are moved to and from the folders of a batch: none of them may lead elsewhere. @throws DataError
+void require_no_links(const fs::path& batch) {
+  for (const fs::path& name : {fs::path(kRecords), fs::path(kWork), fs::path(kWork) / kRenumbered}) {
+    std::error_code ignored;
+    if (fs::is_symlink(batch / name, ignored)) {
+      throw DataError(fmt::format("{}: is a link; the folders of a batch are its own", (batch / name).string()));
+    }
+  }
+}
+
+os::FileDescriptor open_lock(const fs::path& path) { return os::open_file(path, O_RDWR | O_CREAT | O_NOFOLLOW); }
 
 /// The difference of two batches' rules in one sentence; empty for none.
 std::string difference(const Rules& there, const Rules& here) {
@@ -154,6 +174,7 @@ Rules rules_of(std::vector<std::string> options) {
 }
 
 BatchFolder::BatchFolder(fs::path path, Batch batch) : path_(std::move(path)), batch_(std::move(batch)) {
+  require_no_links(path_);
   os::create_folders(path_ / kRecords);
   hold_list();
 }
@@ -162,6 +183,7 @@ BatchFolder::BatchFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::exists(path_ / kManifestFile)) {
     throw DataError(fmt::format("{}: no batch: it has no {}", path_.string(), kManifestFile));
   }
+  require_no_links(path_);
   if (is_replacing()) {
     batch_ = read_batch(fs::exists(path_ / kNextManifestFile) ? path_ / kNextManifestFile : path_ / kManifestFile);
     hold_list();
@@ -172,7 +194,7 @@ BatchFolder::BatchFolder(fs::path path) : path_(std::move(path)) {
 void BatchFolder::hold_list() {
   os::create_folders(path_ / kWork);
   const fs::path file = path_ / kWork / kListLock;
-  list_lock_ = os::open_file(file, O_RDWR | O_CREAT);
+  list_lock_ = open_lock(file);
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (true) {
     lock(list_lock_, LOCK_SH, file);
@@ -218,7 +240,11 @@ void BatchFolder::finish_replacing() const {
     const auto named = by_source(next.records);
     os::create_folders(aside);
     for (const Record& record : read_batch(path_ / kManifestFile).records) {
-      const std::string& id = named.at(record.source)->id;
+      const auto found = named.find(record.source);
+      if (found == named.end()) {
+        throw DataError(fmt::format("{}: lacks {}", (path_ / kNextManifestFile).string(), record.source));
+      }
+      const std::string& id = found->second->id;
       const fs::path from = path_ / kRecords / record.id;
       if (id != record.id && fs::exists(from)) move(from, aside / id);
     }
@@ -235,7 +261,7 @@ void BatchFolder::claim(const Shard& shard) {
   const std::string name = fmt::format("{}-of-{}", shard.number, shard.count);
   work_ = path_ / kWork / name;
   os::create_folders(path_ / kWork);
-  lock_ = os::open_file(path_ / kWork / (name + ".lock"), O_RDWR | O_CREAT);
+  lock_ = open_lock(path_ / kWork / (name + ".lock"));
   if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
     throw UsageError(fmt::format("{}: another process works on part {} of {} of this batch", path_.string(),
                                  shard.number, shard.count));
@@ -292,11 +318,13 @@ void BatchFolder::take_from(const BatchFolder& part) const {
   for (const Record& record : batch_.records) {
     const fs::path from = part.path_ / kRecords / record.id;
     const fs::path to = path_ / kRecords / record.id;
-    if (!fs::exists(from) || fs::exists(to)) continue;
     std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(from, error)) || fs::exists(to)) continue;
     fs::remove_all(beside, error);
     if (!error) fs::create_directories(beside.parent_path(), error);
-    if (!error) fs::copy(from, beside, fs::copy_options::recursive, error);
+    if (!error) {
+      fs::copy(from, beside, fs::copy_options::recursive | fs::copy_options::skip_symlinks, error);
+    }
     if (!error) fs::rename(beside, to, error);
     if (error) os::throw_system_error("copy", from, error.value());
   }

@@ -165,12 +165,14 @@ std::string lead_of(const Table& table, std::size_t failed) {
   if (failed > 0)
     sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
-  if (!table.common_model.empty()) sentences.push_back(compared_by(table));
+  if (!table.common_model.empty() && !table.resolutions.empty()) sentences.push_back(compared_by(table));
   if (const std::string others = other_units_text(table); !others.empty()) {
     sentences.push_back(
         fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
   }
-  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
+  const bool is_compared = !table.resolutions.empty();
+  const std::vector<NotCompared> left_out =
+      is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
   for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
     sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
                                     table.rows[left_out[i].row].record.id, left_out[i].reason));
@@ -191,8 +193,11 @@ std::string lead_of(const Table& table, std::size_t failed) {
   for (const Trend& one : table.trends) {
     sentences.push_back(fmt::format("{} {} from the first record to the last.", one.parameter, change_text(one)));
   }
-  if (table.resolutions.empty()) {
-    sentences.push_back(fmt::format("Nothing was compared: that needs {} records with one model.", kFewestForOutliers));
+  if (!is_compared) {
+    sentences.push_back(
+        fmt::format("Nothing was compared: that needs {} records with one model accepted; `eha compare` "
+                    "compares two.",
+                    kFewestForOutliers));
   } else if (apart == 0)
     sentences.push_back(left_out.empty() ? "No record lies apart from the others."
                                          : "None of the compared records lies apart from the others.");

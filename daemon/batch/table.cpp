@@ -206,11 +206,11 @@ std::vector<std::string> parameter_names(const Table& table) {
 std::string csv_of(const Row& row, const Json& model, const std::vector<std::string>& names, bool is_recommended) {
   const Json verdict = model.value("verdict", Json::object());
   const Json validation = model.value("validation", Json::object());
-  std::string line =
-      fmt::format("{},{},{},{},{},{},{},{}", row.record.id, record::csv_name(row.record.source),
-                  model.at("name").get<std::string>(), is_recommended ? "yes" : "no",
-                  verdict.value("grade", std::string()), verdict.value("accepted", false) ? "yes" : "no",
-                  number(validation.value("fit_percent", Json())), number(validation.value("r2_percent", Json())));
+  std::string line = fmt::format(
+      "{},{},{},{},{},{},{},{}", record::csv_name(row.record.id), record::csv_name(row.record.source),
+      record::csv_name(model.at("name").get<std::string>()), is_recommended ? "yes" : "no",
+      record::csv_name(verdict.value("grade", std::string())), verdict.value("accepted", false) ? "yes" : "no",
+      number(validation.value("fit_percent", Json())), number(validation.value("r2_percent", Json())));
   for (const std::string& name : names) {
     const Json& parameters = model.at("parameters");
     const auto found =
@@ -371,7 +371,9 @@ std::string change_text(const Trend& trend) {
 std::string to_csv(const Table& table) {
   const std::vector<std::string> names = parameter_names(table);
   std::string text = "record,source,model,recommended,grade,accepted,validation_fit_percent,validation_r2_percent";
-  for (const std::string& name : names) text += fmt::format(",{0},{0}_lower95,{0}_upper95", name);
+  for (const std::string& name : names) {
+    for (const char* end : {"", "_lower95", "_upper95"}) text += "," + record::csv_name(name + end);
+  }
   text += "\n";
   for (const Row& row : table.rows) {
     if (!row.judged) continue;

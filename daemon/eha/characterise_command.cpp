@@ -72,10 +72,35 @@ std::string rig_file_of_service(const std::filesystem::path& socket, const Conso
   }
 }
 
+/// Returns the rig file into which the numbers of a run are written. That of the service as it is now if it is of the
+/// same rig: limits and scales of the run's own file may be old, or a stranger's. Then `replaces` stays, else it is
+/// emptied.
+config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_file, const Console& console) {
+  if (rig_file.replaces.empty()) return run.rig;
+  try {
+    config::RigConfig now = config::load_rig(rig_file.replaces);
+    if (now.name == run.rig.name && now.backend.index() == run.rig.backend.index()) {
+      if (now.text != run.rig.text) {
+        console.info(fmt::format("{} has changed since this run: the valve's numbers are written into it as it is now",
+                                 rig_file.replaces));
+      }
+      return now;
+    }
+    console.warning(
+        fmt::format("this run is of another rig (\"{}\") than that of {} (\"{}\"), whose file it does not "
+                    "replace",
+                    run.rig.name, rig_file.replaces, now.name));
+  } catch (const Error& error) {
+    console.warning(fmt::format("{}; the rig file of the run is taken", error.what()));
+  }
+  rig_file.replaces.clear();
+  return run.rig;
+}
+
 }  // namespace
 
-ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted,
-                          const std::optional<NewRigFile>& rig_file, const Console& console) {
+ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, std::optional<NewRigFile> rig_file,
+                          const Console& console) {
   const sheet::RunSheet run = sheet::sheet_of_run(folder);
   const DisplayUnit unit = console.unit(run.rig.units);
   if (wanted == SheetFiles::write) {
@@ -90,7 +115,8 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   document["files"] = files;
   if (rig_file) {
     require_new(rig_file->path);
-    os::write_file_atomically(rig_file->path, rig_text_with(run.rig, sheet::following_of(run)));
+    os::write_file_atomically(rig_file->path,
+                              rig_text_with(rig_to_complete(run, *rig_file, console), sheet::following_of(run)));
     document["rig_file"] = rig_file->path.string();
   }
   document["exit_code"] = 0;

@@ -104,7 +104,9 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
 
 std::optional<std::string> cut_of_run(const fs::path& folder) {
   try {
+    const auto recommended = recommended_model(folder);  // a worse model may take a settled plant for a stop
     for (const ident::Model& model : answer_of_run(folder, record::read_manifest(folder)).models) {
+      if (recommended && recommended->stem() != model.name) continue;
       if (!model.validation || !model.validation->end_stop) continue;
       return fmt::format("eha fit {} {}", shell_word(folder.string()), ident::cut_options(*model.validation->end_stop));
     }

@@ -328,8 +328,13 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   const std::string file = shell_word(command.output.string());
   if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
     text +=
-        "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a machine is "
-        "wider.\n";
+        run_of(command, model)
+            ? "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a "
+              "machine is wider.\n"
+            : fmt::format(
+                  "The promise holds if the model is of the simulated rig {}, which is the twin here: the record is "
+                  "of no run, so nothing shows that.\n",
+                  rig_file.string());
   }
   text += fmt::format(
       "\nReport: {}\n"

@@ -19,6 +19,7 @@
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
@@ -137,7 +138,13 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     // The record has a model of its own, or should have one.
     const std::string fit = "eha fit " + shell_word(command.source);
-    if (source.run_folder) console.next_step(report_of_run(*source.run_folder, fit));
+    const auto record = model.provenance.find("record");
+    const bool has_run = record != model.provenance.end() && record::is_run_folder(record->second);
+    if (scored_here.of_another_plant && source.run_folder && has_run) {
+      console.next_step(fmt::format("eha compare {} {}", shell_word(record->second), shell_word(command.source)));
+    } else if (source.run_folder) {
+      console.next_step(report_of_run(*source.run_folder, fit));
+    }
     return ExitCode::model_rejected;
   }
   console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.model_file)));

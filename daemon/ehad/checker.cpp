@@ -134,7 +134,7 @@ void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment
   if (!end.exit_code) {
     throw IoError(
         fmt::format("{}: checking the experiment took more than {} s of processor time or {} s, or its process "
-                    "was killed; make it shorter, or give it fewer tones",
+                    "was killed; again if the machine was busy, else make it shorter, or give it fewer tones",
                     experiment.name, Checker::kLongestWork.count(), Checker::kLongestTime.count()));
   }
   std::vector<std::string> lines;

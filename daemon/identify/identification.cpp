@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/shell_word.hpp"
@@ -246,6 +247,14 @@ bool any_accepted(const Identification& identification) {
   return std::any_of(identification.models.begin(), identification.models.end(), is_accepted);
 }
 
+/// Names a structure that the record does not allow once, and none that another start has fitted.
+void keep_open_refusals(Identification& identification) {
+  std::set<std::string> named;
+  for (const IdentifiedModel& model : identification.models) named.insert(model.structure.name);
+  std::erase_if(identification.refused,
+                [&](const ident::Refusal& refusal) { return !named.insert(refusal.model).second; });
+}
+
 /// Fits the task's structures, or climbs the ladder.
 Identification fit_once(const IdentificationTask& task, const Progress& progress) {
   Identification identification;
@@ -258,6 +267,7 @@ Identification fit_once(const IdentificationTask& task, const Progress& progress
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", task.source_name, error.what()));
   }
+  keep_open_refusals(identification);
   return identification;
 }
 
@@ -285,6 +295,7 @@ void add_climbed(Identification& identification, Identification climbed, const I
   }
   add(identification.work, climbed.work);
   for (ident::Refusal& refusal : climbed.refused) identification.refused.push_back(std::move(refusal));
+  keep_open_refusals(identification);
   // The recommended one of all fitted models, unless its name is taken.
   identification.recommendation = std::move(climbed.recommendation);
   const auto is_recommended = [&](const IdentifiedModel& m) {
@@ -402,7 +413,9 @@ std::vector<ident::StructureOptions> compared_structures(const IdentificationTas
 }  // namespace
 
 std::optional<ident::EndStop> end_stop_of(const Identification& identification) {
+  const std::string& recommended = identification.recommendation.model;
   for (const IdentifiedModel& identified : identification.models) {
+    if (!recommended.empty() && identified.structure.name != recommended) continue;
     const auto& validation = identified.result.model.validation;
     if (validation && validation->end_stop) return validation->end_stop;
   }

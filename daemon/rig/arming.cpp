@@ -27,8 +27,10 @@ constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, 
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
 constexpr double kGreatestUnswitchedShare = 0.02;               ///< the same without an enable line, valve unknown
-constexpr double kGreatestDeadBandShare = 0.3;                  ///< of half the command range
-constexpr double kGreatestFollowingShare = 0.05;                ///< of the travel
+/// Of the rod while the safe voltage stands with the hydraulics on, 0.1 s at each arming: what a placing promises.
+constexpr double kGreatestSafeSpeed_in_per_s = 0.3;
+constexpr double kGreatestDeadBandShare = 0.3;    ///< of half the command range
+constexpr double kGreatestFollowingShare = 0.05;  ///< of the travel
 constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
 constexpr double kLongestPressureDelay_s = 3.0;
 constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
@@ -40,6 +42,11 @@ constexpr int kReadings = 20;
 /// Between two readings [s]. A sensor that drifts is seen, and no harmonic of the mains always at the same phase.
 constexpr double kReadingPeriod_s = 0.023;
 
+/// In either direction [in/(V s)]. The keys have half of it.
+double greatest_gain(const config::Following& following) {
+  return 2.0 * std::max(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
+}
+
 /// Judges [following]: a wrong number makes a placing too fast, or lets a dead sensor pass.
 void judge_following(const config::RigLimits& limits, double half_range_V, double travel_in,
                      std::vector<std::string>& refusals) {
@@ -50,8 +57,7 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
         "not compared with the command; set what the valve has, at most {:.3g}, see FOLLOWING in eha-rig(5)",
         following.dead_band_V, most));
   }
-  const double gain = 2.0 * std::max(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
-  if (const double speed = gain * following.dead_band_V;
+  if (const double speed = greatest_gain(following) * following.dead_band_V;
       speed > kGreatestSpeedInDeadBand_in_per_s && !following.dead_band_uncertainty_V) {
     refusals.push_back(
         fmt::format("following.dead_band_V = {:g} V: if the valve had none, the rod would move at {:.2g} in/s before a "
@@ -94,7 +100,18 @@ double greatest_safe_V(const config::RigConfig& rig) {
 void judge_safe_V(const config::RigConfig& rig, std::vector<std::string>& refusals) {
   const double null_V = rig.limits.following ? rig.limits.following->null_V : 0.0;
   const double most_V = greatest_safe_V(rig);
-  if (std::abs(rig.limits.safe_V - null_V) <= most_V) return;
+  const double away_V = std::abs(rig.limits.safe_V - null_V);
+  if (away_V <= most_V) {
+    if (!rig.limits.following) return;
+    const config::Following& following = *rig.limits.following;
+    const double speed = greatest_gain(following) * (away_V - following.dead_band_V);
+    if (speed <= kGreatestSafeSpeed_in_per_s) return;
+    refusals.push_back(fmt::format(
+        "limits.safe_V = {:g} V, {:.3g} V from the valve's null, moves the rod at {:.2g} in/s whenever the hydraulics "
+        "go on; set {:g}, the null",
+        rig.limits.safe_V, away_V, speed, null_V));
+    return;
+  }
   refusals.push_back(
       fmt::format("limits.safe_V = {:g} V drives the valve; set {:g}, within {:.3g} V of the valve's null{}",
                   rig.limits.safe_V, null_V, most_V,

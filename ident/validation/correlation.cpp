@@ -17,7 +17,9 @@ constexpr double kNormal99 = 2.5758293035489004;
 
 Eigen::VectorXd without_mean(const Eigen::Ref<const Eigen::VectorXd>& signal, const char* name) {
   if (signal.size() == 0) throw DataError(std::string("correlation: expected at least one sample of the ") + name);
-  if (!signal.allFinite()) throw DataError(std::string("correlation: a sample of the ") + name + " is not finite");
+  if (!signal.allFinite())
+    throw DataError(std::string("the model's output grows beyond all numbers: a sample of the ") + name +
+                    " is not finite");
   // A signal that is constant up to the rounding of its mean has no meaningful correlation.
   Eigen::VectorXd centred = signal.array() - signal.mean();
   const double rounding = 1e-14 * signal.cwiseAbs().maxCoeff();

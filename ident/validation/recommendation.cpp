@@ -269,7 +269,8 @@ const Model* explaining(const Model& model, const std::vector<const Model*>& mod
   const Model* best = nullptr;
   for (const Model* other : models) {
     const bool explains = is_accepted(*other) && !fails_input_test(*other) && other->validation &&
-                          other->validation->tests && is_comparable(*other, model);
+                          other->validation->tests && is_comparable(*other, model) &&
+                          error_over(*other, model).value_or(kAsWell + 1.0) <= kAsWell;
     if (explains && (best == nullptr || ar_bic(*other) < ar_bic(*best))) best = other;
   }
   return best;

@@ -25,7 +25,8 @@ struct Recommendation {
 /// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;
 
-/// The best accepted model that leaves nothing over that the input moves, where `model` does; null without one.
+/// The best accepted model that leaves nothing over that the input moves, where `model` does, and errs no more than
+/// kAsWell times as much; null without one.
 /// @param models  those of one record
 [[nodiscard]] const Model* explaining(const Model& model, const std::vector<const Model*>& models);
 

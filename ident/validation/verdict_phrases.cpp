@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace eha::ident {
@@ -31,7 +32,13 @@ std::string levels_text(const InputLevels& levels, const std::string& unit) {
 std::string interval_text(const ParameterEstimate& p) {
   const bool has_lower = std::isfinite(p.lower95);
   const bool has_upper = std::isfinite(p.upper95);
-  if (has_lower && has_upper) return fmt::format("{:.3g} to {:.3g}", p.lower95, p.upper95);
+  if (has_lower && has_upper) {
+    const double width = p.upper95 - p.lower95;
+    const double largest = std::max(std::abs(p.lower95), std::abs(p.upper95));
+    // two digits of the width, so that its ends differ
+    const double digits = width > 0.0 ? std::ceil(std::log10(largest / width)) + 2.0 : 3.0;
+    return fmt::format("{0:.{2}g} to {1:.{2}g}", p.lower95, p.upper95, static_cast<int>(std::clamp(digits, 3.0, 8.0)));
+  }
   if (has_lower) return fmt::format("unbounded above {:.3g}", p.lower95);
   if (has_upper) return fmt::format("unbounded below {:.3g}", p.upper95);
   return "unbounded";

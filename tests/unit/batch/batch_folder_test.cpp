@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -104,6 +105,37 @@ TEST_F(GrowingBatch, GoesOnWhereItWasKilled) {
     EXPECT_FALSE(fs::exists(aside)) << killed_after;
     EXPECT_FALSE(fs::exists(path() / "batch.next.json")) << killed_after;
   }
+}
+
+TEST_F(GrowingBatch, OfAStrangerLeadsToNoOtherFolder) {
+  work(few_);
+  const auto with_id = [&](const std::string& id) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::parse(test::content_of(path() / "batch.json"));
+    list["records"][0]["id"] = id;
+    return list.dump();
+  };
+  const fs::path victim = folder_.path() / "victim";
+  folder_.write("victim", "mine");
+  folder_.write("payload", "theirs");
+  for (const std::string& id : {std::string("../../payload"), victim.string(), std::string(".."), std::string()}) {
+    folder_.write("out/batch.next.json", with_id(victim.string()));
+    EXPECT_THROW(static_cast<void>(BatchFolder(path())), DataError) << id;
+    fs::remove(path() / "batch.next.json");
+    const std::string sound = test::content_of(path() / "batch.json");
+    folder_.write("out/batch.json", with_id(id));
+    EXPECT_THROW(static_cast<void>(BatchFolder(path())), DataError) << id;
+    folder_.write("out/batch.json", sound);
+  }
+  for (const char* name : {"records", "work"}) {
+    fs::rename(path() / name, folder_.path() / "elsewhere");
+    fs::create_directory_symlink(folder_.path() / "elsewhere", path() / name);
+    EXPECT_THROW(static_cast<void>(BatchFolder(path())), DataError) << name;
+    EXPECT_THROW(static_cast<void>(BatchFolder(path(), batch_of(few_))), DataError) << name;
+    fs::remove(path() / name);
+    fs::rename(folder_.path() / "elsewhere", path() / name);
+  }
+  expect_results(BatchFolder(path()), {});
+  EXPECT_EQ(test::content_of(victim), "mine");
 }
 
 TEST_F(GrowingBatch, IsRefusedFewerChangedOrOtherwiseJudgedRecords) {

@@ -92,6 +92,10 @@ TEST(Files, TriesForSpaceWithoutLeavingAFile) {
   EXPECT_NO_THROW(try_space(folder.path() / "probe", 100'000));
   EXPECT_THROW(try_space(folder.path() / "probe", std::uint64_t{1} << 62), IoError);
   EXPECT_EQ(files_in(folder.path()), 0u);
+  folder.write("precious", "mine");
+  std::filesystem::create_symlink("precious", folder.path() / "probe");
+  try_space(folder.path() / "probe", 1000);
+  EXPECT_EQ(test::content_of(folder.path() / "precious"), "mine") << "a link is not followed";
 }
 
 }  // namespace

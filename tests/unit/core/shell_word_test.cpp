@@ -36,5 +36,10 @@ TEST(ShellWord, LeavesOrdinaryNamesAsTheyAre) {
   EXPECT_EQ(shell_word(""), "''");
 }
 
+TEST(ShellWord, QuotesWhatATerminalShowsAsAPattern) {
+  EXPECT_EQ(shell_word("\xC2\x85-twin=keep.toml"), "'\xC2\x85-twin=keep.toml'");
+  EXPECT_EQ(shell_word("a\xE2\x80\xAEz"), "'a\xE2\x80\xAEz'");
+}
+
 }  // namespace
 }  // namespace eha

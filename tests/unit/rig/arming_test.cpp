@@ -149,6 +149,14 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
          f.dead_band_uncertainty_V = 0.02;
        },
        ""},
+      {[](Following& f) {
+         f = {.gain_positive_in_per_V_s = 1.18, .gain_negative_in_per_V_s = 1.03, .null_V = -0.42, .dead_band_V = 0.05};
+       },
+       "limits.safe_V = 0 V, 0.42 V from the valve's null, moves the rod at 0.87 in/s"},
+      {[](Following& f) {
+         f = {.gain_positive_in_per_V_s = 1.18, .gain_negative_in_per_V_s = 1.03, .null_V = -0.17, .dead_band_V = 0.05};
+       },
+       ""},
       {[](Following& f) { f.limit_in = 0.29; }, "following.limit_in = 0.29 in is more than 5 % of the travel; set 0.1"},
       {[](Following& f) { f.limit_in = 0.27; }, ""},
       {[](Following& f) { f.pressure_delay_s = 5.0; }, "following.pressure_delay_s = 5 s"},

@@ -167,9 +167,10 @@ TEST(Recommendation, TakesAModelThatHasFarLessErrorOnTheUnseenPart) {
 }
 
 TEST(Recommendation, NamesTheModelThatLeavesNothingOverThatTheInputMoves) {
-  const auto with_p = [](const std::string& name, double ar_bic, double p) {
+  const auto with_p = [](const std::string& name, double ar_bic, double p, double mse = 1.0) {
     Model model = model_of(name, ar_bic);
     model.validation->score.samples = 500;
+    model.validation->score.mse = mse;
     model.validation->tests = ResidualTests{1, {20.0, 21, p}, {19.0, 19, 0.5}};
     model.verdict = judge(model, {});
     return model;
@@ -177,6 +178,9 @@ TEST(Recommendation, NamesTheModelThatLeavesNothingOverThatTheInputMoves) {
   const std::string named = "; of the accepted ones io3 leaves nothing over that the input moves";
   EXPECT_NE(recommended({with_p("io", -100.0, 1e-9), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
   EXPECT_EQ(recommended({with_p("io", -100.0, 0.1), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
+  EXPECT_EQ(recommended({with_p("io", -100.0, 1e-9), with_p("io3", -95.0, 0.5, 3.0)}).reason.find(named),
+            std::string::npos)
+      << "one that errs 1.7 times as much is no advice";
 }
 
 TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
