@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Parses slow headers once for every target of the same optimisation: once for the programs, once for what only
-# arranges and prints, once for ident, once for the tests. Sources still include what they use; a build without this file differs in time only.
+# Parses slow headers once for every target of the same optimisation: once for the programs, once for what only arranges
+# and prints, once for ident, once for the tests. Sources still include what they use; a build without this file differs in
+# time only.
 # eha_precompile(OWNER HEADER...): makes the target OWNER, which holds the parsed headers.
 function(eha_precompile owner)
   add_library(${owner} OBJECT ${PROJECT_SOURCE_DIR}/core/precompile.cpp)

@@ -72,8 +72,9 @@ void create_folders(const std::filesystem::path& folder);
 /// @throws IoError  fewer than `bytes` are free for this user
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);
 
-/// Allocates `bytes` for a file of this name and removes the file again. This detects a full disk, a quota or a limit
-/// on file sizes before a library writes that handles them badly. Cost: no data is written.
+/// Allocates `bytes` for a new file of this name, in place of a file or link that stands there, and removes it again.
+/// This detects a full disk, a quota or a limit on file sizes before a library writes that handles them badly. Cost: no
+/// data is written.
 void try_space(const std::filesystem::path& path, std::uint64_t bytes);
 
 }  // namespace eha::os

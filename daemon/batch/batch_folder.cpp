@@ -322,9 +322,7 @@ void BatchFolder::take_from(const BatchFolder& part) const {
     if (!fs::is_directory(fs::symlink_status(from, error)) || fs::exists(to)) continue;
     fs::remove_all(beside, error);
     if (!error) fs::create_directories(beside.parent_path(), error);
-    if (!error) {
-      fs::copy(from, beside, fs::copy_options::recursive | fs::copy_options::skip_symlinks, error);
-    }
+    if (!error) fs::copy(from, beside, fs::copy_options::recursive | fs::copy_options::skip_symlinks, error);
     if (!error) fs::rename(beside, to, error);
     if (error) os::throw_system_error("copy", from, error.value());
   }

@@ -165,12 +165,12 @@ std::string lead_of(const Table& table, std::size_t failed) {
   if (failed > 0)
     sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
-  if (!table.common_model.empty() && !table.resolutions.empty()) sentences.push_back(compared_by(table));
+  const bool is_compared = !table.resolutions.empty();
+  if (!table.common_model.empty() && is_compared) sentences.push_back(compared_by(table));
   if (const std::string others = other_units_text(table); !others.empty()) {
     sentences.push_back(
         fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
   }
-  const bool is_compared = !table.resolutions.empty();
   const std::vector<NotCompared> left_out =
       is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
   for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {

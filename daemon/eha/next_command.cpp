@@ -23,6 +23,7 @@
 #include "daemon/report/report.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/recommendation.hpp"
 #include "ident/validation/record_findings.hpp"
 
 namespace eha::cli {
@@ -104,11 +105,11 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
 
 std::optional<std::string> cut_of_run(const fs::path& folder) {
   try {
-    const auto recommended = recommended_model(folder);  // a worse model may take a settled plant for a stop
-    for (const ident::Model& model : answer_of_run(folder, record::read_manifest(folder)).models) {
-      if (recommended && recommended->stem() != model.name) continue;
-      if (!model.validation || !model.validation->end_stop) continue;
-      return fmt::format("eha fit {} {}", shell_word(folder.string()), ident::cut_options(*model.validation->end_stop));
+    const Answer answer = answer_of_run(folder, record::read_manifest(folder));
+    std::vector<const ident::Model*> models;
+    for (const ident::Model& model : answer.models) models.push_back(&model);
+    if (const auto stop = ident::end_stop_of(models, answer.recommendation.model)) {
+      return fmt::format("eha fit {} {}", shell_word(folder.string()), ident::cut_options(*stop));
     }
   } catch (const Error&) {  // a folder that the caller may not read
   }

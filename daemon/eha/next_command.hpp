@@ -40,7 +40,8 @@ struct RunCommand;
 /// Returns the file of a run's recommended model; nothing if it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 
-/// `eha fit RUN --to 38.64`, the part of a run beside the end stop that its models found; none if they found none.
+/// `eha fit RUN --to 38.64`, the part of a run beside the end stop of ident::end_stop_of(); none
+/// without one.
 [[nodiscard]] std::optional<std::string> cut_of_run(const std::filesystem::path& folder);
 
 /// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing if the run recommends no model.

@@ -234,7 +234,8 @@ plot::Figure figure_of(const std::string& source, const Console& console) {
   return report::record_figure(record, title_of(source));
 }
 
-/// "K = 0.1305 +- 0.0008 in/(V s)" of each estimated parameter of a model file, a line each; empty for other sources.
+/// "K  0.1305 in/(V s)  (95 %: 0.1297 to 0.1313 in/(V s))" of each estimated parameter of a model file, a line each;
+/// empty for other sources.
 std::string parameters_text(const std::string& source, const Console& console) {
   std::error_code ignored;
   if (fs::is_directory(source, ignored) || fs::path(source).extension() != ".json") return {};
@@ -243,8 +244,8 @@ std::string parameters_text(const std::string& source, const Console& console) {
   for (const ident::ParameterEstimate& p : model.parameters) {
     if (p.fixed || !(p.std > 0.0)) continue;
     const std::string unit = ident::unit_of(p, model);
-    text += fmt::format("{:<20} {}{}  (95 %: {}{}{})\n", p.name, fmt::format("{:.5g}", p.value),
-                        unit.empty() ? "" : " " + unit, ident::interval_text(p), unit.empty() ? "" : " ", unit);
+    text += fmt::format("{:<20} {:.5g}{}  (95 %: {}{}{})\n", p.name, p.value, unit.empty() ? "" : " " + unit,
+                        ident::interval_text(p), unit.empty() ? "" : " ", unit);
   }
   if (text.empty()) return text;
   const bool is_least = model.verdict && may_miss_a_part(*model.verdict);

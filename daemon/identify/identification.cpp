@@ -8,17 +8,14 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <set>
 #include <utility>
 
-#include "core/shell_word.hpp"
 #include "daemon/identify/cross_validation.hpp"
-#include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
-#include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/last_round.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/prepared_record.hpp"
@@ -306,64 +303,6 @@ void add_climbed(Identification& identification, Identification climbed, const I
   }
 }
 
-/// Returns the command that designs an experiment by hand.
-std::string design_command(const Source& source, const WeakParameter& weak) {
-  const std::filesystem::path folder =
-      source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
-  return fmt::format("eha design --from {} --improve {} --rig RIG.toml",
-                     shell_word((folder / (weak.model + ".json")).string()), shell_word(weak.parameter));
-}
-
-/// Runs the last round: an experiment designed for the parameter for which a model is rejected, else a longer one.
-void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
-                         Identification& identification) {
-  std::string reason = identification.recommendation.reason;
-  const auto end_round = [&](std::string what) {
-    identification.rounds.push_back({.what = std::move(what), .reason = reason, .kind = Round::Kind::experiment});
-  };
-  std::vector<const ident::Model*> models;
-  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  identification.next_experiment = longer_experiment(source);
-  const std::optional<WeakParameter> weak = weak_parameter(models);
-  if (!weak) {
-    if (identification.next_experiment) end_round("a longer experiment");
-    return;
-  }
-  const auto model = std::find_if(models.begin(), models.end(), [&](const auto* m) { return m->name == weak->model; });
-  DesignedExperiment designed = designed_experiment(source, **model, weak->parameter, options, progress);
-  if (designed.next) {
-    identification.next_experiment = std::move(designed.next);
-    end_round(fmt::format("an experiment designed for {} of {}", weak->parameter, weak->model));
-    return;
-  }
-  const std::string why =
-      fmt::format("; no tones could be designed for {} of {}: {}; with a rig file `{}` designs them", weak->parameter,
-                  weak->model, designed.refusal, design_command(source, *weak));
-  if (reason.ends_with('.')) reason.pop_back();
-  reason += why;
-  if (identification.next_experiment) identification.next_experiment->reason += why;
-  end_round(identification.next_experiment ? "a longer experiment" : "a new experiment");
-}
-
-/// Whether the record is too short to judge the recommended model.
-bool is_too_short_for(const Identification& identification) {
-  return std::any_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
-    const ident::Model& model = one.result.model;
-    return model.name == identification.recommendation.model && model.verdict && needs_longer_record(*model.verdict);
-  });
-}
-
-/// Adds the longer experiment to an identification whose record is too short to judge the recommended model.
-Identification with_longer_experiment(Identification identification, const Source& source) {
-  if (!is_too_short_for(identification)) return identification;
-  identification.next_experiment = longer_experiment(source);
-  if (auto& next = identification.next_experiment) {
-    next->reason =
-        fmt::format("the record is too short to judge {}; {}", identification.recommendation.model, next->reason);
-  }
-  return identification;
-}
-
 /// Fits in rounds until a model is accepted.
 Identification fit_in_rounds(const Source& source, IdentificationTask task, const Comparisons& comparisons,
                              const Progress& progress) {
@@ -375,7 +314,10 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   const bool is_ladder = task.structures.empty();
   end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
   if (task.options.procedure == ident::Procedure::paper) return identification;
-  if (identification.rounds.back().accepted) return with_longer_experiment(std::move(identification), source);
+  if (identification.rounds.back().accepted) {
+    add_longer_experiment(source, identification);
+    return identification;
+  }
   // Neither other starts nor a longer experiment move a rod off its end stop.
   if (end_stop_of(identification)) return identification;
 
@@ -391,7 +333,10 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_climbed(identification, fit_once(task, progress), task);
     end_round("the ladder of structures", reason);
   }
-  if (identification.rounds.back().accepted) return with_longer_experiment(std::move(identification), source);
+  if (identification.rounds.back().accepted) {
+    add_longer_experiment(source, identification);
+    return identification;
+  }
   end_with_experiment(source, task.options, progress, identification);
   return identification;
 }
@@ -413,13 +358,9 @@ std::vector<ident::StructureOptions> compared_structures(const IdentificationTas
 }  // namespace
 
 std::optional<ident::EndStop> end_stop_of(const Identification& identification) {
-  const std::string& recommended = identification.recommendation.model;
-  for (const IdentifiedModel& identified : identification.models) {
-    if (!recommended.empty() && identified.structure.name != recommended) continue;
-    const auto& validation = identified.result.model.validation;
-    if (validation && validation->end_stop) return validation->end_stop;
-  }
-  return std::nullopt;
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  return ident::end_stop_of(models, identification.recommendation.model);
 }
 
 IdentificationTask task_of(const Source& source) {

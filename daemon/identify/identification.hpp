@@ -104,8 +104,7 @@ struct Comparisons {
 
 [[nodiscard]] bool is_accepted(const IdentifiedModel& identified);
 
-/// The end stop on which the record's rod stands: as the recommended model has it, which may follow the record where a
-/// worse one takes a plant that has settled for a stop; without one as the first model that sees it; none if none does.
+/// As ident::end_stop_of(), of its models and recommendation.
 [[nodiscard]] std::optional<ident::EndStop> end_stop_of(const Identification& identification);
 
 /// ok with at least one accepted model, else model_rejected, else (none converged) not_converged.

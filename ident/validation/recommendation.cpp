@@ -276,6 +276,14 @@ const Model* explaining(const Model& model, const std::vector<const Model*>& mod
   return best;
 }
 
+std::optional<EndStop> end_stop_of(const std::vector<const Model*>& models, std::string_view recommended) {
+  for (const Model* model : models) {
+    if (!recommended.empty() && model->name != recommended) continue;
+    if (model->validation && model->validation->end_stop) return model->validation->end_stop;
+  }
+  return std::nullopt;
+}
+
 std::optional<double> error_over(const Model& model, const Model& other) {
   if (!model.validation || !other.validation || !(other.validation->score.mse > 0.0)) return std::nullopt;
   return std::sqrt(model.validation->score.mse / other.validation->score.mse);

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/acceptance_limits.hpp"
@@ -29,6 +30,11 @@ inline constexpr double kFractionalGain = 10.0;
 /// kAsWell times as much; null without one.
 /// @param models  those of one record
 [[nodiscard]] const Model* explaining(const Model& model, const std::vector<const Model*>& models);
+
+/// The end stop on which a record's rod stands: as the recommended model has it, which may follow the record where a
+/// worse one takes a plant that has settled for a stop; without one (empty) as the first model that sees it.
+/// @param models  those of the record @returns none if none does
+[[nodiscard]] std::optional<EndStop> end_stop_of(const std::vector<const Model*>& models, std::string_view recommended);
 
 /// Rms error of a model over that of another, both on the validation part; none where one of them has none.
 [[nodiscard]] std::optional<double> error_over(const Model& model, const Model& other);

@@ -55,13 +55,19 @@ TEST(Read, RefusesAnotherRigWhereTheNamedServiceIsGone) {
   EXPECT_EQ(said.find("code 0"), std::string::npos) << said;
 }
 
+/// Arms, and returns the entry of a run of 600 s, once it is on.
+std::int64_t long_run(const Daemon& daemon, Client& client) {
+  client.call("arm");
+  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
+  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  return entry;
+}
+
 TEST(Read, SeesTheRodWhileARunIsOn) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
-  client.call("arm");
-  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
-  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  const std::int64_t entry = long_run(daemon, client);
   const Json rod = client.call("status").at("rod");
   EXPECT_NEAR(rod.at("displacement_in").get<double>(), 2.95, 0.2);
   EXPECT_NEAR(rod.at("feedback_V").get<double>() * 0.6, rod.at("displacement_in").get<double>(), 1e-9);
@@ -74,9 +80,7 @@ TEST(Calibrate, GoesOnAskingWhenARunComesBetween) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
-  client.call("arm");
-  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
-  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  const std::int64_t entry = long_run(daemon, client);
   const std::string said = output_of_shell("printf '75mm\\n50mm\\n\\n' | " EHA_PROGRAM " calibrate --socket " +
                                            daemon.socket().string() + " 2>&1");
   client.call("stop");

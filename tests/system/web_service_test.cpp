@@ -6,9 +6,7 @@
 #include <httplib.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <sched.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -29,6 +27,7 @@
 
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
+#include "tests/unit/other_users.hpp"
 
 namespace eha::test {
 namespace {
@@ -297,7 +296,7 @@ TEST(Web, LetsNobodysWrongTokensKeepAnotherUserFromStopping) {
   daemon.start();
   const Page page(daemon);
   const auto status_of = [](const httplib::Result& answer) { return answer ? answer->status : 0; };
-  ASSERT_EQ(seteuid(65534), 0);
+  ASSERT_EQ(seteuid(kOtherUser), 0);
   for (int i = 0; i < 5; ++i) EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", "wrong"}})), 401);
   EXPECT_EQ(status_of(page.stop({{"X-Eha-Token", page.token()}})), 429);
   ASSERT_EQ(seteuid(0), 0);
@@ -327,8 +326,7 @@ TEST(Web, StopsTheRunDuringAStormOfWrongTokensOfAnotherUser) {
   if (!can_change_user()) GTEST_SKIP() << "needs two users";
   constexpr int kProcesses = 4;
   constexpr int kRuns = 3;
-  const int before = getpriority(PRIO_PROCESS, 0);
-  setpriority(PRIO_PROCESS, 0, -10);  // service, page and storm before what else runs on the machine
+  const BeforeOthers before_others;
   Daemon daemon;
   daemon.start();
   const Page page(daemon);
@@ -336,21 +334,7 @@ TEST(Web, StopsTheRunDuringAStormOfWrongTokensOfAnotherUser) {
   const std::string wrong = "POST /api/stop HTTP/1.1\r\nHost: " + address + "\r\nOrigin: http://" + address +
                             "\r\nX-Eha-Token: 0123456789abcdef0123456789abcdef\r\nContent-Type: application/json\r\n"
                             "Content-Length: 2\r\nConnection: close\r\n\r\n{}";
-  int goes_on[2];
-  ASSERT_EQ(pipe(goes_on), 0);
-  std::vector<pid_t> others;
-  for (int i = 0; i < kProcesses; ++i) {
-    others.push_back(fork());
-    if (others.back() != 0) continue;
-    close(goes_on[1]);
-    // The unit's weight leaves all users together half of the processors.
-    cpu_set_t half;
-    CPU_ZERO(&half);
-    for (long cpu = 0; cpu < (sysconf(_SC_NPROCESSORS_ONLN) + 1) / 2; ++cpu) CPU_SET(cpu, &half);
-    if (sched_setaffinity(0, sizeof half, &half) != 0 || setuid(65534) != 0) _exit(2);
-    _exit(storm(page.port(), wrong, goes_on[0]) ? 0 : 1);
-  }
-  close(goes_on[0]);
+  OtherUsersStorm storms(kProcesses, [&](int goes_on) { return storm(page.port(), wrong, goes_on); });
   double slowest_ms = 0.0;
   for (int run = 0; run < kRuns; ++run) {
     Client client(daemon.socket());
@@ -365,13 +349,7 @@ TEST(Web, StopsTheRunDuringAStormOfWrongTokensOfAnotherUser) {
     EXPECT_TRUE(stopped && stopped->status == 200) << (stopped ? stopped->body : "no answer");
     follow(daemon, entry);
   }
-  close(goes_on[1]);
-  for (const pid_t other : others) {
-    int status = 0;
-    EXPECT_EQ(waitpid(other, &status, 0), other);
-    EXPECT_EQ(status, 0) << "the storm ended early";
-  }
-  setpriority(PRIO_PROCESS, 0, before);
+  EXPECT_TRUE(storms.all_could()) << "the storm ended early";
   std::printf("%d stops during the storm, the slowest %.1f ms\n", kRuns, slowest_ms);
   EXPECT_LT(slowest_ms, 500.0);
   EXPECT_NE(page.log().find("wrong token of uid 65534"), std::string::npos) << page.log();

@@ -6,10 +6,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <sched.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +27,7 @@
 #include "core/error.hpp"
 #include "core/os/file_descriptor.hpp"
 #include "daemon/web/connection_owner.hpp"
+#include "tests/unit/other_users.hpp"
 
 namespace eha::web {
 namespace {
@@ -135,8 +133,7 @@ class WebServerTest : public ::testing::Test {
 /// Whether sockets can be those of another user; while it lives they are.
 class OtherUser {
  public:
-  static constexpr uid_t kUser = 65534;
-  OtherUser() : is_other_(geteuid() == 0 && seteuid(kUser) == 0) {}
+  OtherUser() : is_other_(geteuid() == 0 && seteuid(test::kOtherUser) == 0) {}
   OtherUser(const OtherUser&) = delete;
   ~OtherUser() {
     if (is_other_ && seteuid(0) != 0) std::abort();
@@ -319,55 +316,26 @@ bool storm(std::uint16_t port, int at_least, int goes_on) noexcept {
   return true;
 }
 
-/// Puts server and storm before what else runs on the machine, both alike.
-class BeforeOthers {
- public:
-  BeforeOthers() : before_(getpriority(PRIO_PROCESS, 0)) { setpriority(PRIO_PROCESS, 0, -10); }
-  BeforeOthers(const BeforeOthers&) = delete;
-  ~BeforeOthers() { setpriority(PRIO_PROCESS, 0, before_); }
-
- private:
-  int before_;
-};
-
 TEST_F(WebServerTest, AnswersEveryStopDuringTenThousandConnectionsOfAnotherUser) {
   if (geteuid() != 0) GTEST_SKIP() << "needs root, to act as two users";
-  const BeforeOthers before_others;
+  const test::BeforeOthers before_others;
   start({.idle = 60s, .request = 60s});
   constexpr int kConnections = 10'000;
   constexpr int kProcesses = 4;
   constexpr std::size_t kStops = 20;
   const std::uint16_t port = server_->port();
-  int goes_on[2];
-  ASSERT_EQ(pipe(goes_on), 0);
-  std::vector<pid_t> others;
-  for (int i = 0; i < kProcesses; ++i) {
-    others.push_back(fork());
-    if (others.back() != 0) continue;
-    close(goes_on[1]);
-    // The unit's weight leaves all users together half of the processors.
-    cpu_set_t half;
-    CPU_ZERO(&half);
-    for (long cpu = 0; cpu < (sysconf(_SC_NPROCESSORS_ONLN) + 1) / 2; ++cpu) CPU_SET(cpu, &half);
-    if (sched_setaffinity(0, sizeof half, &half) != 0 || setuid(OtherUser::kUser) != 0) _exit(2);
-    _exit(storm(port, kConnections / kProcesses, goes_on[0]) ? 0 : 1);
-  }
-  close(goes_on[0]);
+  test::OtherUsersStorm storms(kProcesses,
+                               [&](int goes_on) { return storm(port, kConnections / kProcesses, goes_on); });
   std::vector<double> took_ms;
-  int status = 0;
-  while (waitpid(others.front(), &status, WNOHANG) == 0) {
+  while (storms.goes_on()) {
     const auto begun = steady_clock::now();
     const RawClient client = connected();
     EXPECT_TRUE(client.say(post()));
     EXPECT_EQ(client.hear().rfind("HTTP/1.1 200", 0), 0U) << took_ms.size();
     took_ms.push_back(std::chrono::duration<double, std::milli>(steady_clock::now() - begun).count());
-    if (took_ms.size() == kStops) close(goes_on[1]);
+    if (took_ms.size() == kStops) storms.let_end();
   }
-  EXPECT_EQ(status, 0) << "not all connections were made";
-  for (std::size_t i = 1; i < others.size(); ++i) {
-    EXPECT_EQ(waitpid(others[i], &status, 0), others[i]);
-    EXPECT_EQ(status, 0) << "not all connections were made";
-  }
+  EXPECT_TRUE(storms.all_could()) << "not all connections were made";
   ASSERT_GE(took_ms.size(), kStops);
   // A stop waits its turn behind those in the accept queue, at most 4096; each costs some 20 us of a processor.
   const double slowest_ms = *std::max_element(took_ms.begin(), took_ms.end());
@@ -391,7 +359,7 @@ TEST_F(WebServerTest, BlamesTheUserOfAConnectionThatIsClosedAtOnce) {
   EXPECT_EQ(last.hear().rfind("HTTP/1.1 500", 0), 0U);
   ASSERT_TRUE(has_connections(0));
   const std::lock_guard lock(mutex_);
-  users_.erase(OtherUser::kUser);
+  users_.erase(test::kOtherUser);
   EXPECT_EQ(users_, std::set<uid_t>{0}) << "of the last one alone";
 }
 

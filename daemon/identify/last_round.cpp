@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/last_round.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/shell_word.hpp"
+#include "daemon/identify/designed_experiment.hpp"
+#include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/rounds.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::identify {
+namespace {
+
+/// Returns the command that designs an experiment by hand.
+std::string design_command(const Source& source, const WeakParameter& weak) {
+  const std::filesystem::path folder =
+      source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
+  return fmt::format("eha design --from {} --improve {} --rig RIG.toml",
+                     shell_word((folder / (weak.model + ".json")).string()), shell_word(weak.parameter));
+}
+
+/// Whether the record is too short to judge the recommended model.
+bool is_too_short_for(const Identification& identification) {
+  return std::any_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
+    const ident::Model& model = one.result.model;
+    return model.name == identification.recommendation.model && model.verdict && needs_longer_record(*model.verdict);
+  });
+}
+
+}  // namespace
+
+void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
+                         Identification& identification) {
+  std::string reason = identification.recommendation.reason;
+  const auto end_round = [&](std::string what) {
+    identification.rounds.push_back({.what = std::move(what), .reason = reason, .kind = Round::Kind::experiment});
+  };
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  identification.next_experiment = longer_experiment(source);
+  const std::optional<WeakParameter> weak = weak_parameter(models);
+  if (!weak) {
+    if (identification.next_experiment) end_round("a longer experiment");
+    return;
+  }
+  const auto model = std::find_if(models.begin(), models.end(), [&](const auto* m) { return m->name == weak->model; });
+  DesignedExperiment designed = designed_experiment(source, **model, weak->parameter, options, progress);
+  if (designed.next) {
+    identification.next_experiment = std::move(designed.next);
+    end_round(fmt::format("an experiment designed for {} of {}", weak->parameter, weak->model));
+    return;
+  }
+  const std::string why =
+      fmt::format("; no tones could be designed for {} of {}: {}; with a rig file `{}` designs them", weak->parameter,
+                  weak->model, designed.refusal, design_command(source, *weak));
+  if (reason.ends_with('.')) reason.pop_back();
+  reason += why;
+  if (identification.next_experiment) identification.next_experiment->reason += why;
+  end_round(identification.next_experiment ? "a longer experiment" : "a new experiment");
+}
+
+void add_longer_experiment(const Source& source, Identification& identification) {
+  if (!is_too_short_for(identification)) return;
+  identification.next_experiment = longer_experiment(source);
+  if (auto& next = identification.next_experiment) {
+    next->reason =
+        fmt::format("the record is too short to judge {}; {}", identification.recommendation.model, next->reason);
+  }
+}
+
+}  // namespace eha::identify
