@@ -10,6 +10,7 @@
 #include <exception>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -101,10 +102,12 @@ std::string work_text(const ident::WorkByStage& stages) {
 }
 
 /// Returns the verdict, with all known facts of the record and the origin of the model.
-void judge(const IdentificationTask& task, ident::FitResult& result) {
+/// @param excited  the band in which the record's input moves
+void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
+           ident::FitResult& result) {
   ident::Model& model = result.model;
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
-  if (const auto excited = excited_by(task, result)) {
+  if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
   }
   model.provenance["record"] = task.source_name;
@@ -175,7 +178,7 @@ IdentifiedModel identify_one(const IdentificationTask& task, const ident::Struct
   IdentifiedModel identified{structure, timed([&] {
                                return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
                              })};
-  judge(task, identified.result);
+  judge(task, excited_by(task, identified.result), identified.result);
   return identified;
 }
 
@@ -192,20 +195,27 @@ std::vector<ident::StructureOptions> published_structures() {
 void climb(const IdentificationTask& task, const Progress& progress, Identification& identification) {
   const ident::PreparedRecord prepared(task.record, task.options);
   std::size_t fitted = 0;
+  std::mutex showing;  // two structures may be fitted at the same time
+  const auto show = [&](double done, const std::string& text) {
+    if (progress) progress(std::min(1.0, done / kUsualFits), text);
+  };
   const ident::FitStructure fit_structure = [&](const ident::StructureOptions& asked, const ident::FitOptions& options,
                                                 const std::vector<ident::Model>& known) {
-    if (progress) {
-      const double share = std::min(1.0, static_cast<double>(fitted++) / kUsualFits);
-      progress(share, progress_text(task, asked.name));
+    {
+      const std::scoped_lock lock(showing);
+      show(static_cast<double>(fitted), progress_text(task, asked.name));
     }
     ident::FitResult result = timed([&] { return ident::fit(prepared, asked, options, thread_executor(), known); });
-    if (progress) progress(std::min(1.0, static_cast<double>(fitted) / kUsualFits), result_text(result.model));
+    const std::scoped_lock lock(showing);
+    show(static_cast<double>(++fitted), result_text(result.model));
     return result;
   };
   ident::Climb climbed = ident::climb(prepared, task.ladder, task.options, {task.acceptance, facts_of(task)},
                                       fit_structure, thread_executor());
+  // The same rows estimate every model.
+  const auto excited = climbed.models.empty() ? std::nullopt : excited_by(task, climbed.models.front().result);
   for (ident::ClimbedModel& model : climbed.models) {
-    judge(task, model.result);
+    judge(task, excited, model.result);
     identification.models.push_back({std::move(model.structure), std::move(model.result)});
   }
   identification.refused = std::move(climbed.refused);

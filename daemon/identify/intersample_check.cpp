@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -24,7 +25,7 @@ ident::Model again(const Source& source, const IdentificationTask& task, const I
   ident::FitOptions options = task.options;
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
-  options.search = ident::Search::known;
+  options.search = ident::Search::nearest;
   const ident::PreparedRecord prepared(fine, options);
   return ident::fit(prepared, model.structure, options, thread_executor(), {model.result.model}).model;
 }
@@ -52,8 +53,11 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
   if (movement < kWorthAsking || held == nullptr || task.options.procedure != ident::Procedure::standard) return {};
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
-    const ident::Model steps = again(source, task, *held, ident::Intersample::held);
-    const ident::Model lines = again(source, task, *held, ident::Intersample::straight);
+    std::array<ident::Model, 2> found;
+    thread_executor()(found.size(), [&](std::size_t k) {
+      found[k] = again(source, task, *held, k == 0 ? ident::Intersample::held : ident::Intersample::straight);
+    });
+    const auto& [steps, lines] = found;
     if (!ident::is_comparable(lines, steps) || !(ident::ar_bic(lines) < ident::ar_bic(steps) - kClearly)) return {};
     return fmt::format(
         "within half a row the input moves by {:.2g} % of its spread, and it was taken as held between the rows: taken "

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -36,6 +37,7 @@ constexpr double kCoefficientCost = 10.0;  // more than AR-BIC charges for one
 constexpr double kFarFromSecond = 50.0;  // of AR-BIC
 constexpr double kFarFromBest = 150.0;
 constexpr double kUnderestimated = 5.0;
+constexpr std::size_t kMostSharedRows = 1'000'000;  // of which two fits at once stay within the memory of one of 10^7
 constexpr const char* kRoughly = "from one start: by AR-BIC the structure cannot come near the best ones";
 
 bool has(const Structure& structure, const std::string& parameter) {
@@ -67,6 +69,24 @@ struct Fitted {
   bool is_fractional;
 };
 
+/// What fits leave behind beside their models.
+struct Left {
+  std::set<std::string> signatures;      ///< of the structures that were tried
+  std::map<std::string, Fitted> optima;  ///< by signature
+  std::vector<Refusal> refused;
+  std::exception_ptr first_failure;
+  WorkByStage work;
+
+  Left& operator+=(Left&& later) {
+    signatures.merge(later.signatures);
+    for (auto& [signature, fitted] : later.optima) optima.insert_or_assign(signature, std::move(fitted));
+    std::move(later.refused.begin(), later.refused.end(), std::back_inserter(refused));
+    if (!first_failure) first_failure = later.first_failure;
+    add(work, later.work);
+    return *this;
+  }
+};
+
 class Climber {
  public:
   Climber(const PreparedRecord& prepared, const LadderOptions& wanted, const FitOptions& options,
@@ -81,19 +101,22 @@ class Climber {
   Climb run() {
     for (const InputMapKind& map : input_map_kinds()) {
       if (wanted_.input_map != nullptr && wanted_.input_map != &map) continue;
-      for (const Rung& rung : rungs_of(wanted_)) fit_rung(rung, map);
+      for (const FitStage& stage : stages_of(wanted_)) fit_stage(stage, map);
     }
-    if (climb_.models.empty() && first_failure_) std::rethrow_exception(first_failure_);
+    if (climb_.models.empty() && left_.first_failure) std::rethrow_exception(left_.first_failure);
     check_requests_used();
     set_coefficients_to_0();
     try_zero_beside_fractional_orders();
     if (!wanted_.delay && try_delays()) set_coefficients_to_0();
     recommend_finished();
+    climb_.refused = std::move(left_.refused);
+    climb_.work = std::move(left_.work);
     return std::move(climb_);
   }
 
  private:
-  [[nodiscard]] StructureOptions asked_for(const Rung& rung, const Structure& structure, const InputMapKind& map) {
+  [[nodiscard]] StructureOptions asked_for(const Rung& rung, const Structure& structure,
+                                           const InputMapKind& map) const {
     StructureOptions asked;
     asked.name = rung.name + std::string(map.suffix);
     asked.structure = map.put_before(structure);
@@ -124,18 +147,22 @@ class Climber {
   /// @returns nothing where the record does not allow the structure
   std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
                                      const std::vector<Model>& known) {
-    fitted_.insert(signature(asked));
+    return fitted(asked, options, known, left_);
+  }
+  std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
+                                     const std::vector<Model>& known, Left& left) const {
+    left.signatures.insert(signature(asked));
     try {
       ClimbedModel climbed{asked, fit_structure_(asked, options, known), options.search == Search::nearest};
-      add(climb_.work, climbed.result.work);
+      add(left.work, climbed.result.work);
       if (climbed.is_rough) climbed.result.model.provenance["search"] = kRoughly;
       judge_anew(climbed);
-      optima_.insert_or_assign(
+      left.optima.insert_or_assign(
           signature(asked), Fitted{climbed.result.fitted, ar_bic(climbed), has_estimated_order(climbed.result.model)});
       return climbed;
     } catch (const DataError& error) {
-      if (!first_failure_) first_failure_ = std::current_exception();
-      climb_.refused.push_back({asked.name, error.what()});
+      if (!left.first_failure) left.first_failure = std::current_exception();
+      left.refused.push_back({asked.name, error.what()});
     }
     return std::nullopt;
   }
@@ -184,35 +211,70 @@ class Climber {
   }
 
   /// Whether the structure behind a map can be neither recommended nor the runner-up, whatever the map.
-  [[nodiscard]] bool is_out_of_reach(const StructureOptions& behind_map, const StructureOptions& plain) {
-    const auto found = optima_.find(signature(plain));
-    if (found == optima_.end() || !found->second.optimum) return false;
+  [[nodiscard]] bool is_out_of_reach(const StructureOptions& behind_map, const StructureOptions& plain,
+                                     WorkByStage& work) const {
+    const auto found = left_.optima.find(signature(plain));
+    if (found == left_.optima.end() || !found->second.optimum) return false;
     const double end = end_of_reach(found->second.is_fractional);
     if (!is_beyond(end, found->second.ar_bic, 0.0)) return false;
-    const double gain = predicted_valve_gain(prepared_, *found->second.optimum, behind_map, climb_.work["search"]);
+    const double gain = predicted_valve_gain(prepared_, *found->second.optimum, behind_map, work["search"]);
     return is_beyond(end, found->second.ar_bic, gain);
   }
 
-  [[nodiscard]] Search search_of(const Rung& rung, const Structure& structure, const StructureOptions& asked) {
+  [[nodiscard]] Search search_of(const Rung& rung, const Structure& structure, const StructureOptions& asked,
+                                 WorkByStage& work) const {
     // Behind a map every structure starts from its own fit without one.
     const bool is_known = std::any_of(climb_.models.begin(), climb_.models.end(),
                                       [&](const ClimbedModel& m) { return m.structure.name == rung.name; });
     if (!asked.structure.input_map.valve) return is_known ? Search::known : rung.search;
     const StructureOptions plain = asked_for(rung, structure, input_map_kinds().front());
-    if (is_out_of_reach(asked, plain)) return Search::nearest;
+    if (is_out_of_reach(asked, plain, work)) return Search::nearest;
     return is_known ? Search::known : rung.search;
   }
 
-  void fit_rung(const Rung& rung, const InputMapKind& map) {
+  /// What the fits of one chain add.
+  struct Added {
+    std::vector<Model> known;  ///< what later fits start from
+    std::vector<ClimbedModel> models;
+    Left left;
+  };
+
+  /// Runs tasks at the same time, unless the record is so long that two fits may not fit the memory.
+  template <typename Task>
+  void at_once(std::size_t count, const Task& task) const {
+    if (prepared_.rows.last < kMostSharedRows) {
+      executor_(count, task);
+    } else {
+      run_in_order(count, task);
+    }
+  }
+
+  void fit_stage(const FitStage& stage, const InputMapKind& map) {
+    std::vector<Added> added(stage.size());
+    const auto fit_chain = [&](std::size_t k) {
+      for (const Rung& rung : stage[k]) fit_rung(rung, map, added[k]);
+    };
+    at_once(stage.size(), fit_chain);
+    for (Added& chain : added) {
+      std::move(chain.known.begin(), chain.known.end(), std::back_inserter(known_));
+      std::move(chain.models.begin(), chain.models.end(), std::back_inserter(climb_.models));
+      left_ += std::move(chain.left);
+    }
+  }
+
+  void fit_rung(const Rung& rung, const InputMapKind& map, Added& added) const {
     std::optional<ClimbedModel> best;
     for (const Structure& structure : rung.structures) {
       const StructureOptions asked = asked_for(rung, structure, map);
-      auto climbed = fitted(asked, quick(search_of(rung, structure, asked)), known_);
+      const Search search = search_of(rung, structure, asked, added.left.work);
+      std::vector<Model> known = known_;
+      known.insert(known.end(), added.known.begin(), added.known.end());
+      auto climbed = fitted(asked, quick(search), known, added.left);
       if (!climbed) continue;
-      known_.push_back(climbed->result.model);
+      added.known.push_back(climbed->result.model);
       if (!best || is_preferred(*climbed, *best)) best = std::move(climbed);
     }
-    if (best) climb_.models.push_back(std::move(*best));
+    if (best) added.models.push_back(std::move(*best));
   }
 
   /// The model of least AR-BIC of those; null without one.
@@ -270,9 +332,18 @@ class Climber {
     return true;
   }
 
-  [[nodiscard]] bool promises_a_delay(const ClimbedModel& climbed) {
+  /// How to search for a delay: by prediction, and as found from the nearest start, it may be worth a whole search.
+  /// @returns nothing where it promises no gain
+  [[nodiscard]] std::optional<Search> search_for_delay(const ClimbedModel& climbed) {
     const auto& found = climbed.result.fitted;
-    return !found || predicted_delay_gain(prepared_, *found, climb_.work["search"]) > kPredictedGain;
+    if (!found) return Search::known;
+    const double gain = predicted_delay_gain(prepared_, *found, left_.work["search"]);
+    if (!(gain > kPredictedGain)) return std::nullopt;
+    if (is_beyond(end_of_reach(climbed), ar_bic(climbed), gain)) return Search::nearest;
+    StructureOptions asked = climbed.structure;
+    asked.structure.delay.freedom = Freedom::free;
+    const auto near = fitted(asked, quick(Search::nearest), {climbed.result.model});
+    return near && !(ar_bic(*near) < ar_bic(climbed)) ? std::nullopt : std::optional(Search::known);
   }
 
   /// Whether the model is the best of those of integer or of fractional order, as it is.
@@ -291,7 +362,9 @@ class Climber {
         best_of([](const ClimbedModel& m) { return !has_estimated_order(m.result.model); }),
         best_of([](const ClimbedModel& m) { return has_estimated_order(m.result.model); })};
     for (ClimbedModel* climbed : first) {
-      if (climbed == nullptr || !promises_a_delay(*climbed) || !try_delay(*climbed, Search::known)) continue;
+      if (climbed == nullptr) continue;
+      const std::optional<Search> search = search_for_delay(*climbed);
+      if (!search || !try_delay(*climbed, *search)) continue;
       any = true;
       changes_the_best = changes_the_best || is_best_of_its_kind(*climbed);
     }
@@ -334,7 +407,7 @@ class Climber {
     if (zero == nullptr) return {};
     const std::size_t terms = climbed.result.model.transfer_function.numerator.size();
     const auto asked = without_coefficient(climbed.structure, key_of(zero->name, terms));
-    if (!asked || fitted_.contains(signature(*asked))) return {};
+    if (!asked || left_.signatures.contains(signature(*asked))) return {};
     return fitted(*asked, quick(Search::known), {climbed.result.model});
   }
 
@@ -361,34 +434,47 @@ class Climber {
     if (auto anew = fitted(climbed.structure, quick(Search::known), known)) climbed = std::move(*anew);
   }
 
-  void add_profiles(ClimbedModel& climbed) {
-    const FitResult& plain = climbed.result;
-    if (plain.fitted == nullptr) return;
-    FitResult profiled = with_profiles(prepared_, plain, options_, executor_);
-    const StructureOptions& asked = plain.fitted->asked;
-    note_left_out(profiled, prepared_, asked, options_, executor_, fitted_structures());
-    add(climb_.work, profiled.work);
-    add(profiled.work, plain.work);
-    climbed.result = std::move(profiled);
-    judge_anew(climbed);
+  void add_profiles(const std::vector<ClimbedModel*>& wanted) {
+    const std::vector<FittedStructure> structures = fitted_structures();
+    std::vector<WorkByStage> work(wanted.size());
+    at_once(wanted.size(), [&](std::size_t k) {
+      ClimbedModel& climbed = *wanted[k];
+      const FitResult& plain = climbed.result;
+      if (plain.fitted == nullptr) return;
+      FitResult profiled = with_profiles(prepared_, plain, options_, executor_);
+      note_left_out(profiled, prepared_, plain.fitted->asked, options_, executor_, structures);
+      work[k] = profiled.work;
+      add(profiled.work, plain.work);
+      climbed.result = std::move(profiled);
+      judge_anew(climbed);
+    });
+    for (const WorkByStage& of_one : work) add(left_.work, of_one);
+  }
+
+  /// The recommended model and the runner-up, without those that are finished.
+  [[nodiscard]] std::vector<ClimbedModel*> wanted_finished(std::set<std::string>& finished) {
+    std::vector<ClimbedModel*> wanted;
+    for (ClimbedModel& climbed : climb_.models) {
+      const std::string& name = climbed.result.model.name;
+      const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
+      if (is_wanted && finished.insert(name).second) wanted.push_back(&climbed);
+    }
+    return wanted;
   }
 
   /// Searches the recommended model and the runner-up whole and, where asked, adds their profiles.
   void recommend_finished() {
     const bool profiles = options_.intervals == IntervalMethod::profile;
     recommend_anew();
-    std::vector<std::string> finished;
+    std::set<std::string> finished;
     for (int round = 0; round < kMostProfiled; ++round) {
-      bool any = false;
-      for (ClimbedModel& climbed : climb_.models) {
-        const std::string& name = climbed.result.model.name;
-        const bool is_wanted = name == climb_.recommendation.model || name == climb_.recommendation.runner_up;
-        if (!is_wanted || std::find(finished.begin(), finished.end(), name) != finished.end()) continue;
-        finished.push_back(name);
-        any = any || profiles || climbed.is_rough;
-        if (climbed.is_rough) search_anew(climbed);
-        if (profiles) add_profiles(climbed);
+      const std::vector<ClimbedModel*> wanted = wanted_finished(finished);
+      bool any = profiles && !wanted.empty();
+      for (ClimbedModel* climbed : wanted) {
+        any = any || climbed->is_rough;
+        if (climbed->is_rough) search_anew(*climbed);
       }
+      if (profiles) add_profiles(wanted);
       if (!any) break;
       recommend_anew();
     }
@@ -414,10 +500,8 @@ class Climber {
   const Executor& executor_;
   Climb climb_;
   std::vector<Model> known_;
-  std::set<std::string> fitted_;          ///< signatures
-  std::map<std::string, Fitted> optima_;  ///< by signature
+  Left left_;
   std::vector<Model> delayed_;
-  std::exception_ptr first_failure_;
 };
 
 }  // namespace

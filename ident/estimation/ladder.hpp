@@ -61,10 +61,12 @@ using FitStructure =
 /// with 0 keeps from being identified is replaced by the structure without that coefficient, which need not be on the
 /// ladder. A structure that could not come near the two best of its kind, whatever map stood before it (see
 /// predicted_valve_gain()), is fitted from one start behind the map. A delay is estimated where it lowers AR-BIC by 10:
-/// tried with io1 and the best structures of integer and of fractional order, where predicted_delay_gain() is positive,
-/// and with every structure where one of the three is then the best of its kind. What leaving out a free order costs is
-/// taken from the ladder's own models. Profile intervals are computed for the recommended model and the runner-up; the
-/// intervals of the others come from standard errors.
+/// tried with io1 and the best structures of integer and of fractional order, where predicted_delay_gain() is positive
+/// and the fit from the nearest start gains too, and with every structure where one of the three is then the best of
+/// its kind. What leaving out a free order costs is taken from the ladder's own models. Structures of which none lies
+/// inside the other are fitted at the same time by `executor`, below 10^6 rows; the answer does not depend on it.
+/// Profile intervals are computed for the recommended model and the runner-up; the intervals of the others come from
+/// standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one
 /// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense

@@ -15,7 +15,12 @@ struct Rung {
   Search search;
 };
 
-/// The rungs of the ladder without a map, in its order.
-[[nodiscard]] std::vector<Rung> rungs_of(const LadderOptions& wanted);
+/// Rungs that start from one another, in their order.
+using Chain = std::vector<Rung>;
+/// Chains that start from those of earlier stages alone: no structure of one lies inside one of another.
+using FitStage = std::vector<Chain>;
+
+/// The rungs of the ladder without a map. Chain by chain they stand in its order.
+[[nodiscard]] std::vector<FitStage> stages_of(const LadderOptions& wanted);
 
 }  // namespace eha::ident

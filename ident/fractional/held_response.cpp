@@ -23,11 +23,14 @@ constexpr double kWrapAround = 1e-10;
 constexpr double kStopband = 1e-6;
 constexpr double kNegligible =
     1e-2;  // share of an alias's allowed error; smaller coefficients of its series are left out
+// A ladder simulates at the compared rows, at every row, and with a past of one length or another.
+constexpr std::size_t kMostKept = 6;
+constexpr std::size_t kMostKeptEffort = 1'000'000;  // points; 64 MB of tables
 
-/// Real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
+/// Adds real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
 EHA_VECTOR_CLONES
-void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::vector<double>& re,
-                std::vector<double>& im) {
+void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::size_t bins, double* re,
+                double* im) {
   std::size_t used = 0;
   for (std::size_t n = 0; n < a.size(); ++n) {
     if (std::abs(a[n]) > negligible) used = n + 1;
@@ -40,8 +43,8 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   double even2[kBlock];
   double odd1[kBlock];
   double odd2[kBlock];
-  for (std::size_t start = 0; start < re.size(); start += kBlock) {
-    const std::size_t n = std::min(kBlock, re.size() - start);
+  for (std::size_t start = 0; start < bins; start += kBlock) {
+    const std::size_t n = std::min(kBlock, bins - start);
     const double step = 2.0 / static_cast<double>(length);
     for (std::size_t i = 0; i < n; ++i) {
       const double x = step * static_cast<double>(start + i);
@@ -100,7 +103,8 @@ std::size_t passing_bins(const std::vector<double>& taps, std::size_t length) {
 
 /// Transform of a symmetric filter that is delayed by half its length, damped as on the contour.
 InputSpectrum filter_spectrum(const std::vector<double>& taps, std::size_t length, std::size_t bins, double sigma) {
-  const double half = static_cast<double>(taps.size() / 2);
+  const std::size_t middle = taps.size() / 2;
+  const auto half = static_cast<double>(middle);
   std::vector<double> damped(taps);
   for (std::size_t m = 0; m < taps.size(); ++m) damped[m] *= std::exp(-sigma * (static_cast<double>(m) - half));
   return LowBandSpectrum(length, taps.size(), bins)(std::move(damped));
@@ -188,6 +192,23 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
     const auto n = static_cast<double>(selection_.first + static_cast<std::size_t>(m) * selection_.every);
     growth_[m] = std::exp(sigma_ * n) / length;
   }
+}
+
+std::shared_ptr<const HeldResponse> HeldResponse::of(const OutputSelection& selection) {
+  static std::mutex looking;
+  static std::vector<std::shared_ptr<const HeldResponse>> kept;
+  if (effort_of(selection.samples, kDefaultGuard) > kMostKeptEffort) {
+    return std::make_shared<const HeldResponse>(selection);
+  }
+  // Made under the lock, so that two callers at once make it once.
+  const std::scoped_lock lock(looking);
+  auto found = std::find_if(kept.begin(), kept.end(), [&](const auto& one) { return one->selection_ == selection; });
+  if (found == kept.end()) {
+    if (kept.size() == kMostKept) kept.erase(kept.begin());
+    found = kept.emplace(kept.end(), std::make_shared<const HeldResponse>(selection));
+  }
+  std::rotate(found, found + 1, kept.end());
+  return kept.back();
 }
 
 std::size_t HeldResponse::effort_of(std::size_t samples, double guard) {
@@ -304,13 +325,8 @@ void HeldResponse::add_aliases(const TransferColumns& columns, double x, Scratch
     series = aliases_.evaluate(columns, x, near_aliases);
   }
   for (std::size_t c = 0; c < count; ++c) {
-    std::vector<double> re(bins_, 0.0);
-    std::vector<double> im(bins_, 0.0);
-    add_series(series[c].a, length_, kNegligible * selection_.resolved * scale[c], re, im);
-    for (std::size_t j = 0; j < bins_; ++j) {
-      main.re[c * bins_ + j] += re[j];
-      main.im[c * bins_ + j] += im[j];
-    }
+    add_series(series[c].a, length_, kNegligible * selection_.resolved * scale[c], bins_, main.re.data() + c * bins_,
+               main.im.data() + c * bins_);
   }
 }
 

@@ -26,6 +26,8 @@ struct OutputSelection {
   /// Allowed error in the aliases of a sharp resonance, relative to the response's size. A coarse search allows more
   /// than a report.
   double resolved = 1e-11;
+
+  bool operator==(const OutputSelection&) const = default;
 };
 
 /// Spectrum of an input's increments for one selection (filter, shift and contour included).
@@ -49,9 +51,16 @@ struct ResponseRequest {
 /// guard. Thread-safe after construction. Cost of a response O(L log L), L about guard * N.
 class HeldResponse {
  public:
-  /// @param guard  length of the transform over N; 2 for 1e-10, 1.5 for 1e-9
-  explicit HeldResponse(const OutputSelection& selection, double guard = 2.0);
+  static constexpr double kDefaultGuard = 2.0;
 
+  /// @param guard  length of the transform over N; 2 for 1e-10, 1.5 for 1e-9
+  explicit HeldResponse(const OutputSelection& selection, double guard = kDefaultGuard);
+
+  /// The same for callers that simulate one record again and again: the tables of the last few selections are kept,
+  /// but for those of very long records. Thread-safe.
+  static std::shared_ptr<const HeldResponse> of(const OutputSelection& selection);
+
+  [[nodiscard]] const OutputSelection& selection() const noexcept { return selection_; }
   [[nodiscard]] std::size_t count() const noexcept { return selection_.count; }
   [[nodiscard]] std::size_t samples() const noexcept { return selection_.samples; }
   [[nodiscard]] double step_s() const noexcept { return selection_.step_s; }

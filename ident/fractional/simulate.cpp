@@ -18,10 +18,10 @@ constexpr Eigen::Index kGlCrossover = 700;
 Eigen::VectorXd simulate_exactly(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& input,
                                  double step_s) {
   const auto samples = static_cast<std::size_t>(input.size());
-  const HeldResponse response({samples, step_s, 0, 1, samples, {}});
-  const InputSpectrum spectrum = response.input_spectrum(input);
+  const auto response = HeldResponse::of({samples, step_s, 0, 1, samples, {}});
+  const InputSpectrum spectrum = response->input_spectrum(input);
   const ResponseRequest request{0, &spectrum};
-  return response.respond(TransferColumns(g, {g.numerator}, {}), g.delay_s, {&request, 1});
+  return response->respond(TransferColumns(g, {g.numerator}, {}), g.delay_s, {&request, 1});
 }
 
 }  // namespace

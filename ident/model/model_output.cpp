@@ -23,7 +23,8 @@ constexpr double kEndless_rows = 1e15;  // fits an index
 
 /// Free responses s^i/D, i = 0.., as step responses of s^(i+1)/D.
 Eigen::MatrixXd state_responses(const Model& model, const OutputSelection& selection) {
-  const HeldResponse response(selection);
+  const auto shared = HeldResponse::of(selection);
+  const HeldResponse& response = *shared;
   std::vector<std::vector<Term>> numerators;
   for (std::size_t i = 0; i < model.initial_state.size(); ++i)
     numerators.push_back({{1.0, static_cast<double>(i + 1)}});
@@ -46,7 +47,8 @@ Eigen::MatrixXd past_responses(const Model& model, OutputSelection selection) {
   }
   selection.samples += before;
   selection.first += before;
-  const HeldResponse response(selection);
+  const auto shared = HeldResponse::of(selection);
+  const HeldResponse& response = *shared;
   const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
   const auto to_step_at = [&](double t_s) -> Eigen::VectorXd {
     const std::size_t rows = rows_before(t_s);
@@ -116,17 +118,7 @@ ModelOutput OutputOnRecord::of(const Model& model) {
     const Eigen::VectorXd input = driving(model, record_.input);
     return {picked(simulate_gl_directly(model.transfer_function, input, record_.step_s), comparison_), {}};
   }
-  const OutputSelection selection{static_cast<std::size_t>(record_.input.size()),
-                                  record_.step_s,
-                                  comparison_.first,
-                                  comparison_.every,
-                                  comparison_.count,
-                                  comparison_.taps};
-  if (!response_) response_.emplace(selection);
-  // If a filter leaves low frequencies only, a tenth of the memory suffices.
-  const auto spectrum_of = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {
-    return comparison_.taps.empty() ? response_->input_spectrum(input) : response_->quick_input_spectrum(input);
-  };
+  const HeldResponse& held = held_response();
   InputSpectrum driven;
   if (model.input_map) {
     driven = spectrum_of(driving(model, record_.input));
@@ -134,14 +126,34 @@ ModelOutput OutputOnRecord::of(const Model& model) {
     if (input_.empty()) input_ = spectrum_of(record_.input);
     driven = input_;
     // The bias is a step at the first row.
-    const InputSpectrum step = response_->step_spectrum();
+    const InputSpectrum step = held.step_spectrum();
     for (std::size_t j = 0; j < driven.size(); ++j) driven[j] += model.input_bias * step[j];
   }
   const ResponseRequest request{0, &driven};
   const TransferColumns columns(model.transfer_function, {model.transfer_function.numerator}, {});
-  ModelOutput output{response_->respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
-  if (!is_at_rest(model)) output.free = free_responses(model, selection);
+  ModelOutput output{held.respond(columns, model.transfer_function.delay_s, {&request, 1}), {}};
+  if (!is_at_rest(model)) output.free = free_responses(model, held.selection());
   return output;
+}
+
+Eigen::VectorXd OutputOnRecord::response(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& signal) {
+  const InputSpectrum driven = spectrum_of(signal);
+  const ResponseRequest request{0, &driven};
+  return held_response().respond(TransferColumns(g, {g.numerator}, {}), g.delay_s, {&request, 1});
+}
+
+const HeldResponse& OutputOnRecord::held_response() {
+  if (!response_) {
+    response_ = HeldResponse::of({static_cast<std::size_t>(record_.input.size()), record_.step_s, comparison_.first,
+                                  comparison_.every, comparison_.count, comparison_.taps});
+  }
+  return *response_;
+}
+
+InputSpectrum OutputOnRecord::spectrum_of(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  // If a filter leaves low frequencies only, a tenth of the memory suffices.
+  const HeldResponse& held = held_response();
+  return comparison_.taps.empty() ? held.input_spectrum(input) : held.quick_input_spectrum(input);
 }
 
 Model with_offset_fitted(const Model& model, const ModelOutput& output, const Eigen::VectorXd& measured) {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <memory>
 
 #include "ident/fractional/held_response.hpp"
 #include "ident/fractional/simulate.hpp"
@@ -39,10 +39,16 @@ class OutputOnRecord {
   /// Cost without a map: O(L log L) at the first call, then that of the compared rows; with a map O(L log L) a call.
   [[nodiscard]] ModelOutput of(const Model& model);
 
+  /// The response of a transfer function that does not grow to a signal as long as the record, from rest.
+  [[nodiscard]] Eigen::VectorXd response(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& signal);
+
  private:
+  [[nodiscard]] const HeldResponse& held_response();
+  [[nodiscard]] InputSpectrum spectrum_of(const Eigen::Ref<const Eigen::VectorXd>& input);
+
   const Record& record_;
   const Comparison& comparison_;
-  std::optional<HeldResponse> response_;
+  std::shared_ptr<const HeldResponse> response_;
   InputSpectrum input_;  ///< of the input as recorded; empty until it is needed
 };
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "ident/fractional/simulate.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_output.hpp"
 
@@ -35,20 +34,19 @@ Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
 /// Collects columns at the compared rows.
 class Columns {
  public:
-  Columns(const Model& model, const Record& record, const Comparison& comparison, Eigen::Index first)
-      : model_(model), record_(record), comparison_(comparison), first_(first) {}
+  Columns(const Model& model, OutputOnRecord& outputs, Eigen::Index first)
+      : model_(model), outputs_(outputs), first_(first) {}
 
   /// The signal's rows, each delayed by a lag.
   template <typename Lags>
   void add(const Eigen::VectorXd& signal, const Lags& lags) {
-    const Eigen::VectorXd compared = picked(signal, comparison_);
+    const Eigen::VectorXd compared = picked(signal, outputs_.comparison());
     const Eigen::Index rows = compared.size() - first_;
     for (const Eigen::Index lag : lags) push(compared.segment(first_ - lag, rows));
   }
   /// Returns the response of the model's G to the signal.
   void add_through_plant(const Eigen::VectorXd& signal) {
-    const Eigen::VectorXd output =
-        picked(simulate(model_.transfer_function, about_mean(signal), record_.step_s), comparison_);
+    const Eigen::VectorXd output = outputs_.response(model_.transfer_function, about_mean(signal));
     push(output.tail(output.size() - first_));
   }
   [[nodiscard]] NonlinearEffects taken(NonlinearKind kind) {
@@ -64,8 +62,7 @@ class Columns {
   }
 
   const Model& model_;
-  const Record& record_;
-  const Comparison& comparison_;
+  OutputOnRecord& outputs_;
   Eigen::Index first_;
   Eigen::MatrixXd columns_;
 };
@@ -86,14 +83,14 @@ std::string_view text(NonlinearKind kind) {
   return "position";
 }
 
-std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record, const Comparison& comparison,
-                                                std::size_t first) {
+std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnRecord& outputs, std::size_t first) {
   if (grows(model.transfer_function)) return {};
+  const Record& record = outputs.record();
   const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, record.input) : record.input);
   const Eigen::VectorXd y = about_mean(simulate(model, record.input, record.step_s));
   const Eigen::VectorXd d = direction(v);
-  Columns columns(model, record, comparison, static_cast<Eigen::Index>(first));
-  const Eigen::Index lag = least_input_lag(comparison);
+  Columns columns(model, outputs, static_cast<Eigen::Index>(first));
+  const Eigen::Index lag = least_input_lag(outputs.comparison());
   const std::array<Eigen::Index, 3> input_lags = {lag, lag + 1, lag + 2};
   std::vector<NonlinearEffects> all;
   for (const Eigen::VectorXd& level : {Eigen::VectorXd(v.cwiseAbs()), Eigen::VectorXd(v.cwiseProduct(v.cwiseAbs())),

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "ident/model/model.hpp"
-#include "ident/record.hpp"
-#include "ident/signal/decimation.hpp"
+#include "ident/model/model_output.hpp"
 
 namespace eha::ident {
 
@@ -27,7 +26,7 @@ struct NonlinearEffects {
 /// Lags count compared rows, those of the input from least_input_lag() on. Uses the model's output, not the measured
 /// one, which contains noise.
 /// @param first  first compared row wanted, at least 4
-[[nodiscard]] std::vector<NonlinearEffects> nonlinear_effects(const Model& model, const Record& record,
-                                                              const Comparison& comparison, std::size_t first);
+[[nodiscard]] std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnRecord& outputs,
+                                                              std::size_t first);
 
 }  // namespace eha::ident

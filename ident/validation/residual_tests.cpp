@@ -275,7 +275,7 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
   if (effects == Effects::leave_out) return part;
-  part.effects = nonlinear_effects(model, outputs.record(), comparison, static_cast<std::size_t>(begin));
+  part.effects = nonlinear_effects(model, outputs, static_cast<std::size_t>(begin));
   const Eigen::VectorXd output = picked(outputs.record().output, comparison).tail(rows);
   part.output_std = std::sqrt((output.array() - output.mean()).square().mean());
   return part;
