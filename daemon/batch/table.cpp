@@ -4,8 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -16,6 +14,7 @@
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/statistics/distributions.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -124,9 +123,8 @@ void set_half_widths(std::vector<Parameter>& parameters) {
     std::vector<double> distances;
     for (const Estimate& one : parameter.estimates) distances.push_back(std::abs(one.value - parameter.median));
     const double spread = kStdOfMad * median_of(std::move(distances));
-    const boost::math::students_t student(static_cast<double>(count - 1));
     const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
-    const double t = boost::math::quantile(boost::math::complement(student, share));
+    const double t = ident::student_exceeded(share, static_cast<double>(count - 1));
     for (Estimate& one : parameter.estimates) one.half_width = t * std::max(one.std, spread);
   }
 }
@@ -159,7 +157,7 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
 std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
   std::vector<Trend> trends;
   const double share = kOutlierLevel / (2.0 * static_cast<double>(std::max<std::size_t>(1, parameters.size())));
-  const double threshold = boost::math::quantile(boost::math::complement(boost::math::normal(), share));
+  const double threshold = ident::normal_exceeded(share);
   for (const Parameter& parameter : parameters) {
     const std::vector<Estimate>& seen = parameter.estimates;
     if (seen.size() < kFewestForTrends) continue;

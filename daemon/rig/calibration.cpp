@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
@@ -16,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha {
 namespace {
@@ -173,7 +173,7 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
   found.residual_std = std::sqrt(squares / (count - 2.0));
   found.scale_std = found.residual_std / std::sqrt(vv);
   found.offset_std = found.residual_std * std::sqrt(1.0 / count + mean_V * mean_V / vv);
-  found.interval_factor = boost::math::quantile(boost::math::students_t(count - 2.0), 0.975);
+  found.interval_factor = ident::student_exceeded(0.025, count - 2.0);
   if (!(found.scale_std < kWorstScaleShare * std::abs(found.scale_in_per_V))) {
     throw DataError(fmt::format(
         "the positions lie on no line: scale {:.4g} +- {:.2g} {}/V, residuals up to {:.3g} {}; check each position and "

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,6 +11,7 @@
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/poles.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/linear_algebra/spectra.hpp"
 #include "ident/structure/parameter_role.hpp"
 #include "ident/uncertainty/stored_covariance.hpp"
 
@@ -109,8 +109,8 @@ std::vector<TransferFunction> drawn(const Model& model, const AxisTask& task, do
   Eigen::MatrixXd root;
   has_covariance = known.matrix.size() > 0 && known.matrix.allFinite();
   if (has_covariance) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (known.matrix + known.matrix.transpose()));
-    root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    const SymmetricEigen eigen = symmetric_eigen(0.5 * (known.matrix + known.matrix.transpose()));
+    root = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
   }
   TransferFunction nominal = model.transfer_function;
   sort_terms(nominal.numerator);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/control/margin_sweep.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
+
+#include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -55,7 +56,7 @@ double peak(const MarginSweep& sweep, const std::array<Complex, kTones>& respons
 }
 
 /// Regression basis of the tones and a straight line over the measured rows of a way.
-Eigen::HouseholderQR<Eigen::MatrixXd> tones_of(const MarginSweep& sweep) {
+Eigen::MatrixXd tones_of(const MarginSweep& sweep) {
   const auto rows = static_cast<Eigen::Index>(sweep.measured_rows());
   Eigen::MatrixXd a(rows, 2 + 2 * static_cast<Eigen::Index>(kTones));
   for (Eigen::Index i = 0; i < rows; ++i) {
@@ -68,20 +69,18 @@ Eigen::HouseholderQR<Eigen::MatrixXd> tones_of(const MarginSweep& sweep) {
       a(i, 3 + 2 * static_cast<Eigen::Index>(k)) = std::sin(angle);
     }
   }
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(a);
+  return a;
 }
 
 /// Returns rod over injection at each tone, of one way.
-std::array<Complex, kTones> response_of(const Eigen::HouseholderQR<Eigen::MatrixXd>& tones, const SweepWay& way) {
+std::array<Complex, kTones> response_of(const Eigen::MatrixXd& tones, const SweepWay& way) {
   const auto rows = static_cast<Eigen::Index>(way.rod.size());
-  Eigen::MatrixXd b(rows, 2);
-  b.col(0) = Eigen::Map<const Eigen::VectorXd>(way.injected.data(), rows);
-  b.col(1) = Eigen::Map<const Eigen::VectorXd>(way.rod.data(), rows);
-  const Eigen::MatrixXd x = tones.solve(b);
+  const Eigen::VectorXd injected = solve_full_rank(tones, Eigen::Map<const Eigen::VectorXd>(way.injected.data(), rows));
+  const Eigen::VectorXd rod = solve_full_rank(tones, Eigen::Map<const Eigen::VectorXd>(way.rod.data(), rows));
   std::array<Complex, kTones> h;
   for (std::size_t k = 0; k < kTones; ++k) {
     const auto row = 2 + 2 * static_cast<Eigen::Index>(k);
-    h[k] = Complex(x(row, 1), -x(row + 1, 1)) / Complex(x(row, 0), -x(row + 1, 0));
+    h[k] = Complex(rod[row], -rod[row + 1]) / Complex(injected[row], -injected[row + 1]);
   }
   return h;
 }
@@ -121,7 +120,7 @@ Eigen::Vector4d smooth_through(const MarginSweep& sweep, const AxisCoefficients&
     b[row] = weight * rest.real();
     b[row + 1] = weight * rest.imag();
   }
-  return a.colPivHouseholderQr().solve(b);
+  return solve_pivoted(a, b);
 }
 
 /// Margins of the smooth loop `s`.
@@ -147,8 +146,7 @@ SweptValue mean_of(const std::vector<double>& values) {
   for (const double v : values) mean.value += v / count;
   double square = 0.0;
   for (const double v : values) square += (v - mean.value) * (v - mean.value);
-  const boost::math::students_t student(count - 1.0);
-  mean.half_width = boost::math::quantile(student, 0.975) * std::sqrt(square / (count - 1.0) / count);
+  mean.half_width = student_exceeded(0.025, count - 1.0) * std::sqrt(square / (count - 1.0) / count);
   return mean;
 }
 
@@ -208,7 +206,7 @@ MeasuredMargins measured_margins(const MarginSweep& sweep, const AxisSettings& s
     measured.w_rad_s.push_back(sweep.fundamental_rad_s() * harmonic);
   }
   std::vector<std::array<Complex, kTones>> responses;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> tones = tones_of(sweep);
+  const Eigen::MatrixXd tones = tones_of(sweep);
   for (const SweepWay& way : ways) responses.push_back(response_of(tones, way));
   measured.open_loop = loop_of(responses, responses.size());
   const Eigen::Vector4d whole = smooth_through(sweep, c, measured.w_rad_s, measured.open_loop);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/design/tone_powers.hpp"
 
-#include <Eigen/Cholesky>
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 
 namespace eha::ident {
 namespace {
@@ -27,7 +27,7 @@ Eigen::VectorXd tone_powers(const ToneProblem& problem) {
     information = scale.asDiagonal() * information * scale.asDiagonal();
     information.diagonal().array() += kRidge;
     const Eigen::VectorXd row =
-        scale.cwiseProduct(information.ldlt().solve(Eigen::VectorXd::Unit(parameters, problem.target)));
+        scale.cwiseProduct(solve_symmetric(information, Eigen::VectorXd::Unit(parameters, problem.target)));
     // Worth of unit power: the decrease of the target's variance.
     const Eigen::VectorXd worth = (problem.response * row).cwiseAbs2().cwiseQuotient(problem.noise);
     const Eigen::VectorXd use = problem.cost * power;

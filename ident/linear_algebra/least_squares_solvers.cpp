@@ -30,6 +30,12 @@ Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b,
   return qr.colsPermutation() * x;
 }
 
+Eigen::MatrixXd semidefinite_root(const Eigen::MatrixXd& a) {
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(a);
+  const Eigen::MatrixXd upper = ldlt.matrixU();
+  return ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() * (upper * ldlt.transpositionsP());
+}
+
 Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b) {
   return a.selfadjointView<Eigen::Lower>().ldlt().solve(b);
 }

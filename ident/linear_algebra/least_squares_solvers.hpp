@@ -23,6 +23,9 @@ void factorise_qr(Eigen::MatrixXd& a);
 [[nodiscard]] Eigen::VectorXd solve_ranked(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double threshold,
                                            Eigen::MatrixXd* orthonormal = nullptr);
 
+/// Returns R with R'R = a, which is symmetric and positive semidefinite up to rounding.
+[[nodiscard]] Eigen::MatrixXd semidefinite_root(const Eigen::MatrixXd& a);
+
 /// Solves the symmetric positive semidefinite system a x = b by LDL'; the lower triangle of a is used.
 [[nodiscard]] Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 

@@ -23,11 +23,13 @@ struct ThinSvd {
 /// Eigenvalues of a square matrix. Cost O(n^3).
 [[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a);
 
-/// Eigenvalues, rising, and eigenvectors of a symmetric tridiagonal matrix.
+/// Eigenvalues, rising, and eigenvectors of a symmetric matrix.
 struct SymmetricEigen {
   Eigen::VectorXd values;
   Eigen::MatrixXd vectors;
 };
+/// @param a  symmetric; the lower triangle is used. Cost O(n^3).
+[[nodiscard]] SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& a);
 /// @param diagonal  n values; @param off  the n - 1 off-diagonal values
 [[nodiscard]] SymmetricEigen eigen_of_tridiagonal(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& off);
 

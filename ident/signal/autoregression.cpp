@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/signal/autoregression.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 
 namespace eha::ident {
 namespace {
@@ -28,13 +28,6 @@ void add_lagged_products(const Eigen::Ref<const Eigen::VectorXd>& c, Eigen::Matr
   sums += products;
 }
 
-/// Returns R with R'R the matrix, which is positive semidefinite up to rounding.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& matrix) {
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(matrix);
-  const Eigen::MatrixXd upper = ldlt.matrixU();
-  return ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() * (upper * ldlt.transpositionsP());
-}
-
 }  // namespace
 
 Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::MatrixXd& taken, Eigen::Index further) {
@@ -42,38 +35,38 @@ Autoregression autoregression(const Eigen::VectorXd& residual, const Eigen::Matr
   const Eigen::Index highest = std::clamp<Eigen::Index>(n / 3, 0, kHighestAutoregression);
   // The rows of the residual, then the fewest rows that have the lagged products of the columns `taken`.
   const Eigen::Index more = taken.cols() > 0 ? highest + 1 : 0;
-  Eigen::VectorXd target(n + more);
-  Eigen::MatrixXd past(n + more, highest);
-  target.head(n) = residual.tail(n);
+  Eigen::MatrixXd past_and_target(n + more, highest + 1);
+  past_and_target.col(highest).head(n) = residual.tail(n);
   for (Eigen::Index lag = 1; lag <= highest; ++lag) {
-    past.col(lag - 1).head(n) = residual.segment(kHighestAutoregression - lag, n);
+    past_and_target.col(lag - 1).head(n) = residual.segment(kHighestAutoregression - lag, n);
   }
   if (more > 0) {
     Eigen::MatrixXd products = Eigen::MatrixXd::Zero(more, more);
     for (const auto& column : taken.colwise()) add_lagged_products(column, products);
-    const Eigen::MatrixXd root = root_of(products);
-    target.tail(more) = root.col(0);
-    past.bottomRows(more) = root.rightCols(highest);
+    const Eigen::MatrixXd root = semidefinite_root(products);
+    past_and_target.col(highest).tail(more) = root.col(0);
+    past_and_target.leftCols(highest).bottomRows(more) = root.rightCols(highest);
   }
-  // One factorisation serves every order: the part of the target that the first p columns leave is the tail of Q'y.
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(past);
-  const Eigen::VectorXd rotated = qr.householderQ().adjoint() * target;
+  // One factorisation serves every order: what the first p columns leave of the target is the tail of R's last column.
+  factorise_qr(past_and_target);
+  const Eigen::Index kept = std::min(highest + 1, n + more);
+  const Eigen::VectorXd rotated = past_and_target.col(highest).head(kept);
   const auto samples = static_cast<double>(n);
   Autoregression model;
   model.samples = static_cast<std::size_t>(n);
   Eigen::Index order = 0;
   double least = 0.0;
   for (Eigen::Index p = 0; p <= highest; ++p) {
-    const double variance = rotated.tail(target.size() - p).squaredNorm() / samples;
+    const double variance = rotated.tail(kept - p).squaredNorm() / samples;
     const double bic = samples * std::log(std::max(variance, kTiny)) + static_cast<double>(p) * std::log(samples);
     if (p > 0 && !(bic < least)) continue;
     least = bic;
     order = p;
   }
   order = std::min(order + further, highest);
-  model.variance = rotated.tail(target.size() - order).squaredNorm() / samples;
+  model.variance = rotated.tail(kept - order).squaredNorm() / samples;
   model.coefficients =
-      qr.matrixQR().topLeftCorner(order, order).triangularView<Eigen::Upper>().solve(rotated.head(order));
+      past_and_target.topLeftCorner(order, order).triangularView<Eigen::Upper>().solve(rotated.head(order));
   return model;
 }
 

@@ -3,12 +3,12 @@
 
 #include <fmt/format.h>
 
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr double kWhole = 1e-6;
 constexpr std::size_t kFewestPeriods = 2;
 constexpr Eigen::Index kDriftDegree = 2;
-constexpr double kDriftLevel = 0.999;
+constexpr double kByChance = 0.001;  // a drift is found
 
 bool is_whole(double x) { return std::abs(x - std::round(x)) < kWhole; }
 
@@ -90,9 +90,8 @@ PeriodicSignal average_periods(const Eigen::Ref<const Eigen::VectorXd>& signal, 
     const auto parameters = static_cast<double>(kDriftDegree);
     freedom -= parameters;
     const double after = spread.squaredNorm();
-    const boost::math::fisher_f_distribution<double> by_chance(parameters, freedom);
     result.drift_detected =
-        (before - after) / parameters > boost::math::quantile(by_chance, kDriftLevel) * after / freedom;
+        (before - after) / parameters > fisher_exceeded(kByChance, parameters, freedom) * after / freedom;
   }
   result.mean = result.periods.rowwise().mean();
   const double noise = spread.squaredNorm() / freedom;

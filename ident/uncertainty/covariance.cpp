@@ -2,13 +2,13 @@
 #include "ident/uncertainty/covariance.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <complex>
 
 #include "ident/linear_algebra/spectra.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/fft.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -79,7 +79,7 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
   const Eigen::Index p = derivatives.cols();
   const double freedom = std::max(kLeastFreedom, residual.effective_samples - static_cast<double>(p));
   Uncertainty result;
-  result.interval_factor = boost::math::quantile(boost::math::students_t(freedom), 0.975);
+  result.interval_factor = student_exceeded(0.025, freedom);
   const Eigen::VectorXd scale = derivatives.colwise().norm().cwiseMax(1e-300).transpose();
   const Eigen::MatrixXd scaled = derivatives * scale.cwiseInverse().asDiagonal();
   const ThinSvd svd = thin_svd(scaled);

@@ -2,11 +2,11 @@
 #include "ident/validation/correlation.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <string>
 
 #include "core/error.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -107,7 +107,7 @@ double ljung_box_p(const Correlation& acf, std::size_t samples) {
     ++lags;
   }
   if (lags == 0) return 1.0;
-  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(lags), n * (n + 2.0) * sum));
+  return chi_squared_share(n * (n + 2.0) * sum, lags);
 }
 
 }  // namespace eha::ident

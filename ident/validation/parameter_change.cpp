@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 #include "ident/model/engineering_form.hpp"
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -84,9 +84,9 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
     change.parameters.push_back({.name = p.name, .role = p.role, .before = p.value, .after = other->value, .std = std});
   }
   if (change.parameters.empty()) return change;
-  const boost::math::students_t student(std::min(degrees_of_freedom(before), degrees_of_freedom(after)));
+  const double freedom = std::min(degrees_of_freedom(before), degrees_of_freedom(after));
   const double share = level / (2.0 * static_cast<double>(change.parameters.size()));
-  const double factor = boost::math::quantile(boost::math::complement(student, share));
+  const double factor = student_exceeded(share, freedom);
   for (ParameterChange& p : change.parameters) {
     p.half_width = p.of_noise = factor * p.std;
     p.changed = std::abs(p.after - p.before) > p.half_width;

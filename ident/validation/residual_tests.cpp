@@ -3,8 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -13,6 +11,7 @@
 #include "ident/linear_algebra/spectra.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/statistics/distributions.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
 #include "ident/validation/separated_noise.hpp"
@@ -40,8 +39,7 @@ double lagged_product(const Eigen::VectorXd& a, Eigen::Index lag) {
 ResidualTest judged(double statistic, Eigen::Index degrees) {
   ResidualTest test{statistic, static_cast<std::size_t>(degrees), 1.0};
   if (degrees > 0 && std::isfinite(statistic)) {
-    test.p = boost::math::cdf(
-        boost::math::complement(boost::math::chi_squared(static_cast<double>(degrees)), std::max(0.0, statistic)));
+    test.p = chi_squared_share(std::max(0.0, statistic), static_cast<double>(degrees));
   }
   return test;
 }
@@ -85,8 +83,7 @@ ResidualTest test_along(const Innovations& of, const Eigen::MatrixXd& q) {
   ResidualTest test = judged(z.dot(covariance.llt().solve(z)), q.cols());
   const auto degrees = static_cast<double>(q.cols());
   if (std::isfinite(test.statistic) && of.freedom > 1.0) {
-    test.p = boost::math::cdf(
-        boost::math::complement(boost::math::fisher_f(degrees, of.freedom), std::max(0.0, test.statistic) / degrees));
+    test.p = fisher_share(std::max(0.0, test.statistic) / degrees, degrees, of.freedom);
   }
   return test;
 }

@@ -2,8 +2,9 @@
 #include "ident/validation/separated_noise.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <cmath>
+
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 
 namespace eha::ident {
 namespace {
@@ -20,7 +21,7 @@ SeparatedNoise separated_noise(const Eigen::VectorXd& e, const Eigen::MatrixXd& 
     noise.model = *start;
   } else if (p > 0) {
     const Eigen::Index rows = e.size() - kHighestAutoregression;
-    const Eigen::VectorXd rest = e - error * error.colPivHouseholderQr().solve(e);
+    const Eigen::VectorXd rest = e - error * solve_pivoted(error, e);
     noise.model.samples = static_cast<std::size_t>(rows);
     noise.model.variance = rest.tail(rows).squaredNorm() / static_cast<double>(rows);
   } else {

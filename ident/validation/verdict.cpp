@@ -2,8 +2,6 @@
 #include "ident/validation/verdict.hpp"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -11,6 +9,8 @@
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
 namespace {
@@ -86,10 +86,9 @@ void judge_stability(const Model& model, const AcceptanceLimits& limits, Judgeme
 bool can_notice(const ResidualTest& test, double level, std::size_t samples) {
   if (test.degrees == 0) return false;
   const auto degrees = static_cast<double>(test.degrees);
-  const double limit = boost::math::quantile(boost::math::complement(boost::math::chi_squared(degrees), level));
+  const double limit = chi_squared_exceeded(level, degrees);
   const double noncentrality = static_cast<double>(samples) * kNoticedShare / (1.0 - kNoticedShare);
-  const boost::math::non_central_chi_squared missing(degrees, noncentrality);
-  return boost::math::cdf(boost::math::complement(missing, limit)) >= kNoticedChance;
+  return chi_squared_share(limit, degrees, noncentrality) >= kNoticedChance;
 }
 
 /// What passes a test that would hardly notice anything is not judged.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/valve/sheet_parts.hpp"
 
@@ -41,10 +42,7 @@ Tone tone_in(const Eigen::Ref<const Eigen::VectorXd>& signal, double omega, doub
     const double t = 2.0 * static_cast<double>(k) / static_cast<double>(rows) - 1.0;
     basis.row(k) << 1.0, t, t * t, std::cos(omega * time_s), std::sin(omega * time_s);
   }
-  using Matrix5 = Eigen::Matrix<double, 5, 5>;
-  using Vector5 = Eigen::Matrix<double, 5, 1>;
-  const Matrix5 normal = basis.transpose() * basis;
-  const Vector5 solution = normal.ldlt().solve(Vector5(basis.transpose() * signal));
+  const Eigen::VectorXd solution = solve_symmetric(basis.transpose() * basis, basis.transpose() * signal);
   const double squares = (signal - basis * solution).squaredNorm();
   const double variance = squares / static_cast<double>(std::max<Eigen::Index>(1, rows - 5));
   return {.amplitude = {solution[3], -solution[4]},
