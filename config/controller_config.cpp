@@ -182,6 +182,8 @@ std::string controller_text(const ControllerConfig& controller) {
   ControllerConfig c = controller;  // the tables read and write through one pointer
   std::string text = fmt::format(
       "# A controller of an axis, made by eha tune; eha-controller(5). Played on the rig, tick and units below only.\n"
+      "# Lengths are in inches whatever units the rig shows; eha export FILE --format csv --units mm gives them in "
+      "mm.\n"
       "schema = 1\nname = {}\nfor = {}\nkind = \"{}\"\ntick_s = {}\n\n[units]\nposition = \"in\"\ncommand = \"V\"\n",
       toml_string(c.name), toml_string(c.purpose), ident::text(c.settings.kind), c.settings.tick_s);
   FeedbackTable feedback{&c.settings};

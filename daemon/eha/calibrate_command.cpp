@@ -92,6 +92,9 @@ class Sensor {
     rig_ = open_at_rest(config);
   }
 
+  /// Before the first question. @throws UsageError  a run is on; DeviceError  the sensor cannot be read
+  void require_readable() { static_cast<void>(rig_ ? of_rig() : of_service()); }
+
   [[nodiscard]] double voltage_V() {
     return mean_voltage([this] { return rig_ ? of_rig() : of_service(); });
   }
@@ -304,6 +307,12 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::vector<CalibrationPoint> points;
   if (asks) {
     Sensor sensor(command, socket, is_local, rig);
+    try {
+      sensor.require_readable();
+    } catch (const Error& error) {  // each reading is tried anew
+      console.warning(
+          fmt::format("{}: until that is over, which `eha status` shows, no reading is taken", error.what()));
+    }
     points = asked_points(sensor, rig, unit, console);
   } else if (command.pairs_file) {
     points = points_of_file(*command.pairs_file);

@@ -101,7 +101,15 @@ config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_fi
 
 ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, std::optional<NewRigFile> rig_file,
                           const Console& console) {
-  const sheet::RunSheet run = sheet::sheet_of_run(folder);
+  sheet::RunSheet run;
+  try {
+    run = sheet::sheet_of_run(folder);
+  } catch (const DataError& error) {
+    const bool is_of_ticks = std::string_view(error.what()).find("not measured") != std::string_view::npos;
+    console.error(error.what());
+    console.next_step(is_of_ticks ? "eha doctor" : "eha plot " + shell_word(folder.string()));
+    return error.exit_code();
+  }
   const DisplayUnit unit = console.unit(run.rig.units);
   if (wanted == SheetFiles::write) {
     for (const std::string& sentence : sheet::write_sheet(run, unit)) console.warning(sentence);

@@ -52,7 +52,8 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
-std::string table_of(const report::ComparedSubject& first, const report::ComparedSubject& subject) {
+std::string table_of(const report::ComparedSubject& first, const report::ComparedSubject& subject,
+                     Shows shows = Shows::change) {
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : subject.change->parameters) {
@@ -76,7 +77,7 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
                      {"difference", Align::right},
                      {"joint +-", Align::right},
                      {"unit"},
-                     {"changed"}},
+                     {shows == Shows::change ? "changed" : "differs"}},
                     rows);
 }
 
@@ -238,6 +239,37 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   return out;
 }
 
+/// Whether a model was estimated on this record.
+bool is_of_record(const ident::Model& model, const identify::Source& source) {
+  const auto record = model.provenance.find("record");
+  if (record == model.provenance.end() || record->second.empty()) return false;
+  const std::filesystem::path named = source.run_folder ? *source.run_folder : std::filesystem::path(source.name);
+  std::error_code ignored;
+  return record->second == named || std::filesystem::equivalent(record->second, named, ignored);
+}
+
+/// Whether both were estimated on one record, so that they are two descriptions of one plant.
+bool are_of_one_record(const ident::Model& a, const ident::Model& b) {
+  const auto record_a = a.provenance.find("record");
+  const auto record_b = b.provenance.find("record");
+  if (record_a == a.provenance.end() || record_b == b.provenance.end() || record_a->second.empty()) return false;
+  std::error_code ignored;
+  return record_a->second == record_b->second ||
+         std::filesystem::equivalent(record_a->second, record_b->second, ignored);
+}
+
+/// A model estimated on the record that scores it is of its plant, however badly it describes it.
+std::vector<identify::ScoredModel> without_own_record(std::vector<identify::ScoredModel> scored,
+                                                      const std::vector<ident::Model>& models,
+                                                      const identify::Source& source) {
+  for (std::size_t i = 0; i < scored.size(); ++i) {
+    if (!is_of_record(models[i], source)) continue;
+    scored[i].of_another_plant = false;
+    scored[i].cannot_tell.clear();
+  }
+  return scored;
+}
+
 std::string plant_of(const identify::ScoredModel& scored) {
   if (!scored.refit || !scored.cannot_tell.empty()) return "unknown";
   return scored.of_another_plant ? "another" : "this";
@@ -319,13 +351,21 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     out.models.emplace_back(titles[i], &models[i]);
     out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
-    add_changes(out.findings.sentences, titles[i], change, models[i]);
-    out.text += fmt::format("{} and {}: {}\n", files.front(), files[i],
+    const bool is_one_record = are_of_one_record(models.front(), models[i]);
+    const Shows shows = is_one_record ? Shows::difference : Shows::change;
+    add_changes(out.findings.sentences, titles[i], change, models[i], shows);
+    if (is_one_record) {
+      out.findings.sentences.push_back(titles[i] +
+                                       ": of the same record as the first, so it describes the same plant.");
+    }
+    out.text += fmt::format("{} and {}: {}{}\n", files.front(), files[i],
+                            is_one_record ? "two models of one record, so of one plant; " : "",
                             change.parameters.empty() ? "no parameter of both is estimated"
                             : change.changed          ? "the parameters differ"
                                                       : "no difference found");
     if (!change.parameters.empty())
-      out.text += change_sentences(change, models[i]) + table_of(out.subjects.front(), out.subjects.back());
+      out.text +=
+          change_sentences(change, models[i], shows) + table_of(out.subjects.front(), out.subjects.back(), shows);
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
   }
   out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
@@ -365,7 +405,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<ident::Model> models;
   for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
   std::vector<identify::Source> sources;
-  for (const std::string& record : records) sources.push_back(identify::load_source(record, {}));
+  for (const std::string& record : records) {
+    sources.push_back(identify::load_source(record, {}, {}, console.progress_callback()));
+  }
+  console.end_progress();
   warn_of_one_run_twice(sources, console);
   for (const std::string& file : files) {
     if (!sources.empty()) warn_of_own_record(file, sources.front(), console);
@@ -383,13 +426,16 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   Compared shown;
   std::optional<identify::RunComparison> runs;
   if (files.empty()) {
-    const identify::RunComparison found = identify::compare_runs(sources);
+    const identify::RunComparison found = identify::compare_runs(sources, console.progress_callback());
+    console.end_progress();
     for (const std::string& note : found.notes) console.warning(note);
     document = described(found, sources).document;
     runs = converted(found, unit);
     shown = described(*runs, sources);
   } else if (!sources.empty()) {
-    std::vector<identify::ScoredModel> scored = identify::score_models(models, sources.front());
+    std::vector<identify::ScoredModel> scored = without_own_record(
+        identify::score_models(models, sources.front(), console.progress_callback()), models, sources.front());
+    console.end_progress();
     document = described(scored, models, files, sources.front()).document;
     for (std::size_t i = 0; i < scored.size(); ++i) scored[i] = converted(scored[i], unit, models[i].output_unit);
     shown = described(scored, shown_models, files, sources.front());

@@ -128,6 +128,7 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
             : "exact for a held input";
     console.print(fmt::format("written: {} ({}, {} states, {})", command.output->string(), function,
                               ident::state_space(exported.sections).b.size(), accuracy));
+    console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.source)));
   }
   return ExitCode::ok;
 }
@@ -146,6 +147,7 @@ ExitCode export_table(const ExportCommand& command, const config::ControllerConf
                       {"format", command.format},
                       {"file", command.output->string()}});
   console.print(fmt::format("written: {}", command.output->string()));
+  console.next_step("eha track " + shell_word(command.source));
   return ExitCode::ok;
 }
 
@@ -190,6 +192,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
   } else {
     console.print(fmt::format("written: {} ({}, call it every {:g} s)", command.output->string(), function,
                               controller.settings.tick_s));
+    console.next_step("eha track " + shell_word(command.source));
   }
   return ExitCode::ok;
 }
@@ -214,6 +217,7 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
                       {"file", command.output->string()}});
   console.print(fmt::format("written: {} ({} rows, {:g} s apart)", command.output->string(), source.record.input.size(),
                             source.record.step_s));
+  console.next_step(fmt::format("eha fit {} -o models", shell_word(command.output->string())));
   return ExitCode::ok;
 }
 

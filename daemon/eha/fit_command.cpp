@@ -302,11 +302,13 @@ void add_fit(CLI::App& app, ParsedLine& line) {
       ->type_name(fmt::format("{}", fmt::join(kProcedures, "|")))
       ->check(CLI::IsMember(kProcedures).description(""));
   const std::vector<std::string> families = family_names();
-  sub->add_option("--model", fit.models.families,
-                  "Structure to fit; may be repeated (default: the experiment's models, else the ladder)")
+  sub->add_option(
+         "--model", fit.models.families,
+         "Structure to fit, with _valve behind a valve's map (io_valve); may be repeated (default: the experiment's "
+         "models, else the ladder)")
       ->type_name(fmt::format("{}", fmt::join(families, "|")))
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(families).description(""));
+      ->check(CLI::IsMember(model_names()).description(""));
   sub->add_option("--structure", fit.models.structure_files,
                   "TOML file with a structure to fit, term by term; may be repeated")
       ->type_name("FILE")

@@ -31,9 +31,12 @@ std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::Identified
   return models;
 }
 
-/// Prints what was written; of rejected models their number, with -v each file.
-void print_written(const std::vector<std::filesystem::path>& written, const Console& console) {
+/// Prints what was written; of models that are not accepted their number, with -v each file.
+void print_written(const std::vector<std::filesystem::path>& written,
+                   const std::vector<identify::IdentifiedModel>& models, const Console& console) {
   std::map<std::filesystem::path, std::size_t> rejected;  // number of files by folder
+  std::vector<ident::Model> judged;
+  for (const identify::IdentifiedModel& identified : models) judged.push_back(identified.result.model);
   for (const std::filesystem::path& path : written) {
     if (path.parent_path().filename() != record::kRejectedFolder || console.verbose()) {
       console.print(fmt::format("written: {}", path.string()));
@@ -42,8 +45,9 @@ void print_written(const std::vector<std::filesystem::path>& written, const Cons
     }
   }
   for (const auto& [folder, files] : rejected) {
-    console.print(
-        fmt::format("written: {} rejected {} in {}", files, files == 1 ? "model" : "models", folder.string()));
+    const std::string words = words_of_rejected(judged);
+    console.print(fmt::format("written: {} {} in {}{}", files, files == 1 ? "model" : "models", folder.string(),
+                              words.empty() ? "" : ": " + words));
   }
 }
 
@@ -128,7 +132,7 @@ void print_identification(const identify::Identification& identification,
   if (!identification.cross_validation.empty()) {
     console.print(cross_validation_table(identification.cross_validation));
   }
-  print_written(written, console);
+  print_written(written, identification.models, console);
 }
 
 }  // namespace eha::cli

@@ -161,15 +161,35 @@ void choose(const std::string& family, const std::vector<StructureOptions>& conf
   if (structures.size() == before) structures.push_back(plain(ident::structure_family(family).make({})));
 }
 
+/// The map that the name of a model ends in, as that of io_valve; none for a family's own name.
+const ident::InputMapKind* map_in_name(const std::string& name) {
+  const auto families = ident::structure_families();
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
+    if (kind.suffix.empty() || !name.ends_with(kind.suffix)) continue;
+    const std::string family = name.substr(0, name.size() - kind.suffix.size());
+    if (std::any_of(families.begin(), families.end(), [&](const auto& known) { return known.name == family; })) {
+      return &kind;
+    }
+  }
+  return nullptr;
+}
+
 std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vector<StructureOptions>& configured) {
   if (options.families.empty() && options.structure_files.empty()) return configured;
   std::vector<StructureOptions> structures;
   for (auto family = options.families.begin(); family != options.families.end(); ++family) {
-    if (std::find(options.families.begin(), family, *family) != family) {
+    const auto same = [&](const std::string& other) { return other == *family; };
+    if (std::any_of(options.families.begin(), family, same)) {
       throw UsageError(
           fmt::format("--model {} is given twice, and each would be written to {}.json", *family, *family));
     }
-    choose(*family, configured, structures);
+    // "io_valve", as the tables name it, is io behind a valve's map.
+    const ident::InputMapKind* map = map_in_name(*family);
+    const std::size_t before = structures.size();
+    choose(map == nullptr ? *family : family->substr(0, family->size() - map->suffix.size()), configured, structures);
+    for (std::size_t i = before; map != nullptr && i < structures.size(); ++i) {
+      apply_input_map(std::string(map->name), structures[i]);
+    }
   }
   for (const std::string& file : options.structure_files) {
     StructureOptions asked = config::load_structure(file);
@@ -186,6 +206,16 @@ std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vec
 }
 
 }  // namespace
+
+std::vector<std::string> model_names() {
+  std::vector<std::string> names;
+  for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
+    for (const ident::StructureFamily& family : ident::structure_families()) {
+      names.push_back(std::string(family.name) + std::string(kind.suffix));
+    }
+  }
+  return names;
+}
 
 void add_record_options(CLI::App& app, RecordOptions& record) {
   app.add_option("--decimate", record.decimation, "Compare every Nth sample, filtered (default 1, or the experiment's)")

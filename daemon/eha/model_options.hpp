@@ -30,7 +30,8 @@ void add_record_options(CLI::App& app, RecordOptions& record);
 
 /// Options on the models to fit.
 struct ModelOptions {
-  std::vector<std::string> families = {};         ///< --model, in order; without --structure too: the experiment's
+  std::vector<std::string> families =
+      {};  ///< --model, in order, of model_names(); without --structure too: the experiment's
   std::vector<std::string> structure_files = {};  ///< --structure, in order
   std::optional<int> poles = {};
   std::optional<int> zeros = {};
@@ -42,6 +43,9 @@ struct ModelOptions {
   std::vector<std::string> starts = {};       ///< NAME=VALUE
   std::vector<std::string> bounds = {};       ///< NAME=LOW:HIGH
 };
+
+/// The names that --model takes: of each family, and of each behind each map ("io_valve").
+[[nodiscard]] std::vector<std::string> model_names();
 
 /// Returns the models that a command line requests.
 /// @param configured  the experiment's models; --model selects those of a structure, or a plain one if there is none;

@@ -13,11 +13,13 @@
 
 #include "config/rig_config.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "core/text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/fit_table.hpp"
@@ -182,7 +184,9 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name,
                             .mark = plot::Mark::line,
                             .style = style};
     // Volts are played and held until the next row.
-    panel.series.push_back(column.unit == "V" && x.name == "time" ? report::held(line) : line);
+    // Of a thinned curve the stairs would be coarser than the rows.
+    const bool is_whole = line.x.size() == table.rows();
+    panel.series.push_back(column.unit == "V" && x.name == "time" && is_whole ? report::held(line) : line);
   }
   for (plot::Panel& panel : figure.panels) {
     if (panel.series.size() > kMostNamesOfAxis) continue;
@@ -254,6 +258,23 @@ std::string parameters_text(const std::string& source, const Console& console) {
                      : "");
 }
 
+/// What usually follows a picture of this source; empty where nothing does, as after a table of figures.
+std::string next_after_plot(const std::string& source) {
+  std::error_code ignored;
+  const std::string word = shell_word(source);
+  if (record::is_run_folder(source)) return report_of_run(source, "eha runs show " + word);
+  if (fs::is_directory(source, ignored)) return {};
+  if (is_controller_file(source)) return "eha track " + word;
+  if (fs::path(source).extension() == ".json") return "eha report " + word;
+  if (!is_own_table(source)) return "eha fit " + word + " -o models";
+  const record::NumberTable table = record::read_number_table(source);
+  const auto has = [&](std::string_view name) {
+    return std::any_of(table.names.begin(), table.names.end(),
+                       [&](const std::string& n) { return n.starts_with(name); });
+  };
+  return has("time_s") && has("voltage_") && has("displacement_") ? "eha fit " + word + " -o models" : std::string();
+}
+
 plot::CharacterSize terminal_size(std::size_t panels) {
   plot::CharacterSize size{.columns = 79, .rows = 0};
   winsize window{};
@@ -271,11 +292,13 @@ ExitCode execute(const PlotCommand& command, Console& console) {
   if (!command.output) {
     console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())) +
                           parameters_text(command.source, console));
+    if (const std::string next = next_after_plot(command.source); !next.empty()) console.next_step(next);
     return ExitCode::ok;
   }
   os::write_file_atomically(*command.output, plot::draw(figure, format_of(*command.output)));
   console.print_json({{"schema", "eha-plot/1"}, {"file", command.output->string()}});
   console.print(parameters_text(command.source, console) + fmt::format("written: {}", command.output->string()));
+  console.next_step("xdg-open " + shell_word(command.output->string()));
   return ExitCode::ok;
 }
 

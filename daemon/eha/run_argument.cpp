@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/run_argument.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
@@ -24,7 +27,27 @@ bool may_be_run(std::string_view name) {
          });
 }
 
+std::vector<std::string>& notes_on_runs() {
+  static std::vector<std::string> list;
+  return list;
+}
+
+/// The same name among the service's runs; empty without one.
+fs::path at_service(const fs::path& name) {
+  std::error_code ignored;
+  const fs::path socket = control::default_socket();
+  if (!fs::exists(socket, ignored)) return {};
+  try {
+    const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
+    return fs::exists(folder / name, ignored) ? folder / name : fs::path();
+  } catch (const Error&) {
+    return {};  // no service answers
+  }
+}
+
 }  // namespace
+
+std::vector<std::string> taken_notes_on_runs() { return std::exchange(notes_on_runs(), {}); }
 
 std::string run_named(const std::string& given) {
   std::error_code ignored;
@@ -32,16 +55,20 @@ std::string run_named(const std::string& given) {
   if (fs::exists(name, ignored) || name.is_absolute()) return given;
   if (!name.empty() && *name.begin() == "runs") name = name.lexically_relative("runs");
   if (name.empty() || !may_be_run(name.begin()->string())) return given;
-  if (const fs::path here = "runs" / name; fs::exists(here, ignored)) return here.string();
-  const fs::path socket = control::default_socket();
-  if (!fs::exists(socket, ignored)) return given;
-  try {
-    const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
-    if (const fs::path there = folder / name; fs::exists(there, ignored)) return there.string();
-  } catch (const Error&) {
-    // No service answers: the search ends here.
+  const fs::path here = "runs" / name;
+  if (fs::exists(here, ignored)) {
+    // A link that each folder of runs has, so that the name alone says little.
+    if (*name.begin() == "latest") {
+      const fs::path there = at_service(name);
+      if (!there.empty() && !fs::equivalent(here, there, ignored)) {
+        notes_on_runs().push_back(
+            fmt::format("{} is {}; the service has another one, {}", given, here.string(), there.string()));
+      }
+    }
+    return here.string();
   }
-  return given;
+  const fs::path there = at_service(name);
+  return there.empty() ? given : there.string();
 }
 
 CLI::Option* takes_run_name(CLI::Option* option) {

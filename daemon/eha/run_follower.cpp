@@ -2,6 +2,7 @@
 #include "daemon/eha/run_follower.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <utility>
@@ -18,24 +19,37 @@ namespace {
 
 /// Interval of the reminders of a held experiment.
 constexpr auto kReminder = std::chrono::minutes(1);
+/// Without a terminal nobody is asked to arm the rig: a held experiment is not waited for longer.
+constexpr auto kLongestUnarmed = std::chrono::minutes(10);
+constexpr const char* kOfArming = "eha arm, then ";
+
+/// "experiment 7"; a move to a place is none of a user's files: "the move (number 7 of the queue)".
+std::string name_of(const nlohmann::ordered_json& entry, std::int64_t experiment) {
+  return entry.value("only_places", false) ? fmt::format("the move (number {} of the queue)", experiment)
+                                           : fmt::format("experiment {}", experiment);
+}
 
 enum class HeldText { first, reminder };
 
 /// Says that a held experiment is not played, and the commands that start it. @param reason  the service's
-std::string held_text(std::int64_t experiment, const std::string& reason, const std::string& arm,
+std::string held_text(const std::string& experiment, const std::string& reason, const std::string& arm,
                       const std::string& release, HeldText kind) {
-  if (!reason.starts_with("eha arm, then ")) {
-    if (kind == HeldText::reminder) return fmt::format("experiment {} is still held", experiment);
+  if (!reason.starts_with(kOfArming)) {
+    if (kind == HeldText::reminder) return fmt::format("{} is still held", experiment);
     return fmt::format(
-        "experiment {} is held and waits for {}; type that in another terminal, or Ctrl-C here, which removes it from "
+        "{} is held and waits for {}; type that in another terminal, or Ctrl-C here, which removes it from "
         "the queue",
         experiment, reason);
   }
   const std::size_t why = reason.find(": ");
-  return fmt::format("the rig is not armed, and experiment {} is {}held{}; in another terminal: `{} && {}`{}",
-                     experiment, kind == HeldText::reminder ? "still " : "",
+  return fmt::format("the rig is not armed, and {} is {}held{}; in another terminal: `{} && {}`{}", experiment,
+                     kind == HeldText::reminder ? "still " : "",
                      why == std::string::npos ? "" : " (" + reason.substr(why + 2) + ")", arm, release,
-                     kind == HeldText::reminder ? "" : "; Ctrl-C here removes it from the queue");
+                     kind == HeldText::reminder  ? ""
+                     : isatty(STDIN_FILENO) == 1 ? "; Ctrl-C here removes it from the queue"
+                                                 : fmt::format("; without a terminal this command waits {} minutes for "
+                                                               "that, then removes it from the queue",
+                                                               kLongestUnarmed.count()));
 }
 
 }  // namespace
@@ -82,12 +96,22 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
   const Json& entry = status.at("entry");
   const std::string state = entry.at("state");
   const Json& run = status.at("run");
+  const bool is_unarmed = state == "held" && entry.value("waits_for", "").starts_with(kOfArming);
+  end_long_wait(experiment, is_unarmed);
   if (state == "waiting" || state == "held") {
     const std::string reason = entry.value("waits_for", "");
+    const std::string name = name_of(entry, experiment);
     const auto now = std::chrono::steady_clock::now();
     if (reason != reason_ || (state == "held" && now - reminded_at_ >= kReminder)) {
-      console_.info(state != "held" ? fmt::format("experiment {} waits for {}", experiment, reason)
-                                    : held_text(experiment, reason, through(socket_, "eha arm"),
+      std::string now_played;
+      if (!run.is_null()) {
+        const RunProgress progress = progress_of(status);
+        now_played = fmt::format(", experiment {} is at {:.0f} of {:.0f} s", run.at("entry").get<std::int64_t>(),
+                                 progress.played_s, progress.total_s);
+      }
+      console_.info(state != "held" ? fmt::format("{} waits for {}{}; Ctrl-C here removes it from the queue", name,
+                                                  reason, now_played)
+                                    : held_text(name, reason, through(socket_, "eha arm"),
                                                 through(socket_, fmt::format("eha queue release {}", experiment)),
                                                 reason == reason_ ? HeldText::reminder : HeldText::first));
       reminded_at_ = now;
@@ -104,6 +128,21 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
     }
   }
   if (state == "fitting") console_.progress(1.0, "fitting");
+}
+
+void RunFollower::end_long_wait(std::int64_t experiment, bool is_unarmed) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!is_unarmed || isatty(STDIN_FILENO) == 1) {
+    unarmed_since_.reset();
+    return;
+  }
+  if (!unarmed_since_) unarmed_since_ = now;
+  if (now - *unarmed_since_ < kLongestUnarmed) return;
+  static_cast<void>(pass_on_stop());
+  throw UsageError(fmt::format(
+      "the rig was not armed within {} minutes, and experiment {} was removed from the queue; in a script `{}` comes "
+      "first, and --detach does not wait",
+      kLongestUnarmed.count(), experiment, through(socket_, "eha arm")));
 }
 
 bool RunFollower::pass_on_stop() {

@@ -37,6 +37,7 @@ class RunFollower {
 
   [[nodiscard]] std::optional<Json> watch(std::int64_t experiment, const StopOnSignals& stop, Held held);
   void show(std::int64_t experiment, const Json& status);
+  void end_long_wait(std::int64_t experiment, bool is_unarmed);
   [[nodiscard]] bool pass_on_stop();
   [[nodiscard]] std::string last_heard(std::int64_t number) const;
 
@@ -49,6 +50,7 @@ class RunFollower {
   std::chrono::steady_clock::time_point last_at_;
   std::string reason_;  ///< reason for waiting, as last printed
   std::chrono::steady_clock::time_point reminded_at_ = {};
+  std::optional<std::chrono::steady_clock::time_point> unarmed_since_ = {};  ///< while it is held for want of arming
   int stops_seen_ = 0;
 };
 

@@ -22,6 +22,7 @@
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
+#include "daemon/sheet/run_sheet.hpp"
 
 namespace eha::cli {
 namespace {
@@ -50,7 +51,11 @@ struct RunList {
 
 std::string verdict_of(const record::RunSummary& run) {
   if (run.purpose == record::Purpose::placing) return "a move to a place";
-  if (run.purpose == record::Purpose::valve_sheet) return "a valve sheet";
+  if (run.purpose == record::Purpose::valve_sheet) {
+    std::error_code error;
+    const bool has_sheet = fs::exists(fs::path(run.folder) / sheet::kSheetFile, error);
+    return has_sheet || error ? "a valve sheet" : "no valve sheet: eha characterise RUN says why";
+  }
   if (run.purpose == record::Purpose::tracking) return "a controller's trial";
   if (run.models.empty()) return "not fitted";
   std::vector<std::string> accepted;
@@ -212,14 +217,19 @@ fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
   std::error_code ignored;
   const auto is_run = [&](const fs::path& folder) { return fs::exists(folder / record::kManifestFile, ignored); };
   if (is_run(command.run) || command.run.has_parent_path()) return command.run;
-  if (const fs::path here = "runs" / command.run; is_run(here)) return here;
-  if (!fs::exists(command.socket, ignored)) return command.run;
+  const fs::path here = "runs" / command.run;
+  if (!fs::exists(command.socket, ignored)) return is_run(here) ? here : command.run;
   try {
     const fs::path there = fs::path(runs_of_service(command.socket).folder) / command.run;
-    return is_run(there) ? there : command.run;
+    if (!is_run(here)) return is_run(there) ? there : command.run;
+    if (is_run(there) && !fs::equivalent(here, there, ignored)) {
+      console.info(fmt::format("{} is that of ./runs here; the service has another one: eha runs show {}",
+                               command.run.string(), shell_word(there.string())));
+    }
+    return here;
   } catch (const Error& error) {
     console.debug(error.what());
-    return command.run;
+    return is_run(here) ? here : command.run;
   }
 }
 

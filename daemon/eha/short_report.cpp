@@ -262,8 +262,10 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
       }
     }
     if (rejected > 0) {
-      console.print(fmt::format("files    {} rejected {} in {}", rejected, rejected == 1 ? "model" : "models",
-                                (folder / record::kModelsFolder / record::kRejectedFolder).string()));
+      const std::string words = words_of_rejected(answer_of_run(folder, manifest).models);
+      console.print(fmt::format("files    {} {} in {}{}", rejected, rejected == 1 ? "model" : "models",
+                                (folder / record::kModelsFolder / record::kRejectedFolder).string(),
+                                words.empty() ? "" : ": " + words));
     }
   } catch (const Error& error) {
     console.warning(error.what());
@@ -271,6 +273,47 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   }
   return true;
 }
+
+std::string words_of_rejected(const std::vector<Model>& models) {
+  std::vector<std::pair<std::string_view, std::size_t>> counts;
+  for (const Model& model : models) {
+    if (!model.verdict || model.verdict->accepted) continue;
+    const std::string_view word = ident::verdict_word(*model.verdict);
+    const auto known =
+        std::find_if(counts.begin(), counts.end(), [&](const auto& count) { return count.first == word; });
+    if (known == counts.end()) {
+      counts.emplace_back(word, 1);
+    } else {
+      ++known->second;
+    }
+  }
+  std::string text;
+  for (const auto& [word, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, word);
+  return text;
+}
+
+namespace {
+
+/// Names accepted models that err clearly more than the recommended one: no check rejects them, yet others that a check
+/// rejects may err less.
+std::string worse_than_recommended(const std::vector<Model>& models, const std::string& recommended) {
+  constexpr double kClearly = 1.5;
+  const auto chosen = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.name == recommended; });
+  const std::optional<double> least = chosen == models.end() ? std::nullopt : largest_error(*chosen);
+  if (!least || !(*least > 0.0)) return {};
+  std::string text;
+  for (const Model& model : models) {
+    const std::optional<double> error = largest_error(model);
+    if (!model.verdict || !model.verdict->accepted || !error || !(*error > kClearly * *least)) continue;
+    text += fmt::format("{}{} {:.2g}", text.empty() ? "" : ", ", model.name, *error / *least);
+  }
+  if (text.empty()) return {};
+  const std::string sentence =
+      fmt::format("no check rejects these, but they err more than {}, by these factors: {}.", recommended, text);
+  return wrapped(sentence, 0) + "\n";
+}
+
+}  // namespace
 
 std::string recommendation_text(const Answer& given, const DisplayUnit& unit) {
   return ident::sentence(shown_answer(given, unit).recommendation);
@@ -326,7 +369,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                     rows) +
          fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model") +
-         words;
+         words + worse_than_recommended(models, recommendation.model);
 }
 
 }  // namespace eha::cli

@@ -37,6 +37,9 @@ struct Answer {
 /// models in the manifest. @returns whether the run has models
 bool print_answer(const std::filesystem::path& folder, const record::Manifest& manifest, const Console& console);
 
+/// "4 rejected, 2 not needed" of the models that are not accepted; empty if all are.
+[[nodiscard]] std::string words_of_rejected(const std::vector<ident::Model>& models);
+
 /// The recommendation in full, where the short report may cut its reasons.
 [[nodiscard]] std::string recommendation_text(const Answer& answer, const DisplayUnit& unit);
 

@@ -30,8 +30,10 @@
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/kind_table.hpp"
+#include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -220,6 +222,79 @@ std::string track_command(const TuneCommand& command, const ident::Model& model,
   return fmt::format("eha track {}{} --local --fast", file, rig_option(command, rig));
 }
 
+/// Why nothing shows that a model is of a rig: its record is of no run, or of a run of another rig. Empty: it is shown.
+std::string why_not_of(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig) {
+  const std::optional<fs::path> run = run_of(command, model);
+  if (!run) return "its record is of no run";
+  try {
+    const config::RigConfig before = rig_of(*run);
+    if (is_one_rig(before, rig)) return "";
+    return before.name == rig.name
+               ? fmt::format("its run {} was on a simulated rig with other numbers in [sim]", run->string())
+               : fmt::format("its run {} was on another rig, \"{}\"", run->string(), before.name);
+  } catch (const Error& error) {
+    return fmt::format("the rig of its run cannot be read: {}", error.what());
+  }
+}
+
+/// The commands that tune a model on a twin of its own record.
+std::string twin_of_record(const TuneCommand& command, const ident::Model& model) {
+  const auto record = model.provenance.find("record");
+  const bool has_record = record != model.provenance.end() && !record->second.empty();
+  const std::string rig = command.rig_file ? " --rig " + shell_word(*command.rig_file) : "";
+  return fmt::format(
+      "`eha replay {}{} --calibrate valve_rated_flow_L_per_min valve_null_offset_V valve_dead_band_V --twin twin.toml` "
+      "fits a simulated rig to that record; then `eha tune {}{} --twin twin.toml`",
+      has_record ? shell_word(record->second) : "RECORD", rig, shell_word(command.model_file), rig);
+}
+
+/// What a promise is of, for the first lines of the answer: the plant, and what of model and plant does not agree.
+/// @throws DataError  the plant is a rig that nothing shows to be the model's, and it is another one
+std::vector<std::string> plant_sentences(const TuneCommand& command, const ident::Model& model,
+                                         const config::RigConfig& rig, const tune::TuneInputs& inputs,
+                                         const fs::path& rig_file) {
+  const std::string unknown = why_not_of(command, model, rig);
+  const std::string other = tune::why_another_plant(inputs);
+  const bool is_own_twin = !command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend);
+  std::vector<std::string> sentences;
+  if (is_own_twin && !unknown.empty() && !other.empty()) {
+    const std::string what_to_do = tune::returns_in_s(inputs)
+                                       ? "this program makes controllers of cylinders alone; `eha export " +
+                                             shell_word(command.model_file) +
+                                             " --format tf` writes the model for the design in another one"
+                                       : twin_of_record(command, model);
+    throw DataError(
+        fmt::format("the model is not of the simulated rig {} ({}): {}. A promise would be of another plant; {}",
+                    rig_file.string(), unknown, other, what_to_do));
+  }
+  if (command.twin_file) {
+    sentences.push_back(
+        fmt::format("Promised for: the simulated rig {} that --twin names, with limits and sensor of {}.",
+                    *command.twin_file, rig_file.string()));
+  } else if (!is_own_twin) {
+    sentences.push_back(fmt::format(
+        "Promised for: a rig estimated from model and valve, with limits and sensor of {}{}.", rig_file.string(),
+        unknown.empty() ? "" : fmt::format("; nothing shows that the model is of that rig: {}", unknown)));
+  } else if (unknown.empty()) {
+    sentences.push_back(fmt::format(
+        "Promised for: the simulated rig {}, on which the model was recorded. It is its own twin, so that the promise "
+        "knows its oil, load and friction; that of a machine is wider.",
+        rig_file.string()));
+  } else {
+    sentences.push_back(
+        fmt::format("Promised for: the simulated rig {}, and not for the plant of {}: {}, so nothing shows that the "
+                    "two are one. For "
+                    "the plant of the record, {}.",
+                    rig_file.string(), command.model_file, unknown, twin_of_record(command, model)));
+  }
+  if (!other.empty()) sentences.push_back(fmt::format("Check before use: {}.", other));
+  if (model.verdict && needs_longer_record(*model.verdict)) {
+    sentences.push_back(fmt::format("First a longer record, as this one is too short to judge the model; {}.",
+                                    ident::kControllerIsAGuess));
+  }
+  return sentences;
+}
+
 ExitCode execute(const TuneCommand& given, Console& console) {
   TuneCommand command = given;
   if (record::is_run_folder(command.model_file)) {
@@ -245,17 +320,22 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   tune::TuneInputs inputs;
   tune::Tuned tuned;
+  std::vector<std::string> plant;
   try {
     inputs = tune::tune_inputs(model, rig, choices_of(command, rig));
     inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
+    plant = plant_sentences(command, model, rig, inputs, rig_file);
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
-    throw DataError(fmt::format("{}: {}{}", command.model_file, error.what(),
-                                command.kind ? "; without --kind the kinds that do are tried" : ""));
+    // A model that no cylinder is has a reason of its own for which every feedback fails on the trials' cylinders.
+    const std::string other = plant.empty() ? std::string() : tune::why_another_plant(inputs);
+    throw DataError(fmt::format("{}: {}{}{}", command.model_file, other.empty() ? "" : other + ": ", error.what(),
+                                command.kind && !plant.empty() ? "; without --kind the kinds that do are tried" : ""));
   }
 
   const auto record = model.provenance.find("record");
+  tuned.remarks.insert(tuned.remarks.begin(), plant.begin(), plant.end());
   config::ControllerProvenance provenance{
       .model = record::resolved_path(command.model_file).string(),
       .model_sha256 = record::sha256_of_file(command.model_file),
@@ -287,6 +367,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                       {"model", command.model_file},
                       {"rig", rig_file.string()},
                       {"twin", controller.provenance.twin},
+                      {"plant", plant},
                       {"file", command.output.string()},
                       {"report", page_file.string()},
                       {"kind", ident::text(controller.settings.kind)},
@@ -311,13 +392,15 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                       {"kinds", kinds},
                       {"remarks", tuned.remarks}});
   std::string text =
-      fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n\n",
+      fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n",
                   command.output.string(), ident::text(controller.settings.kind), rig.name, rig_file.string(),
                   controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
+  for (const std::string& sentence : plant) text += sentence + "\n";
+  text += "\n";
   text += text_table({{"promise"}, {"value", Align::right}, {"from", Align::right}, {"to", Align::right}, {"unit"}},
                      tune::promise_rows(p, console.unit(rig.units)));
   text += tune::promise_note(controller.settings, console.unit(rig.units)) + "\n\n";
-  for (const std::string& sentence : tuned.remarks) text += sentence + "\n";
+  for (std::size_t i = plant.size(); i < tuned.remarks.size(); ++i) text += tuned.remarks[i] + "\n";
   if (const auto rows = tune::kind_rows(tuned.kinds, subject.unit); !rows.empty()) {
     std::vector<Column> columns;
     for (const std::string& title : tune::kind_titles(subject.unit)) {
@@ -326,16 +409,6 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     text += fmt::format("\n{}{}\n", text_table(columns, rows), tune::kKindNote);
   }
   const std::string file = shell_word(command.output.string());
-  if (!command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend)) {
-    text +=
-        run_of(command, model)
-            ? "The rig is simulated and is its own twin: the promise knows its oil, load and friction. That of a "
-              "machine is wider.\n"
-            : fmt::format(
-                  "The promise holds if the model is of the simulated rig {}, which is the twin here: the record is "
-                  "of no run, so nothing shows that.\n",
-                  rig_file.string());
-  }
   text += fmt::format(
       "\nReport: {}\n"
       "Step as a picture: eha plot {} -o step.png\n"

@@ -87,7 +87,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   options = with(options, command.record, identify::parts_of_a_row(source));
   identify::ScoredModel scored_here;
   try {
-    scored_here = identify::score_model(model, source, options);
+    scored_here = identify::score_model(model, source, options, console.progress_callback());
+    console.end_progress();
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));
   } catch (const DataError& error) {

@@ -51,21 +51,30 @@ ident::FitOptions options_of(const Source& source) {
   return whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
 }
 
+/// Progress of the fits inside the nth of `count` fits.
+ident::FitProgress part_of(const Progress& progress, std::size_t nth, std::size_t count, const std::string& of) {
+  if (!progress) return {};
+  return [progress, nth, count, of](double share, const std::string& structure) {
+    progress((static_cast<double>(nth) + share) / static_cast<double>(count),
+             fmt::format("fitting {} to {}", structure, of));
+  };
+}
+
 ident::FitResult fit_named(const Source& source, const ident::StructureOptions& structure,
-                           const ident::FitOptions& options) {
+                           const ident::FitOptions& options, const ident::FitProgress& progress) {
   try {
-    return ident::fit(source.record, structure, options, thread_executor());
+    return ident::fit(source.record, structure, options, thread_executor(), {}, progress);
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", source.name, error.what()));
   }
 }
 
 std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident::StructureOptions& structure,
-                                 const ident::FitOptions& options) {
+                                 const ident::FitOptions& options, const Progress& progress) {
   std::vector<ComparedRun> runs;
   for (const Source& source : sources) {
     ComparedRun& run = runs.emplace_back();
-    run.fit = fit_named(source, structure, options);
+    run.fit = fit_named(source, structure, options, part_of(progress, runs.size() - 1, sources.size(), source.name));
     ident::Model& model = run.fit.model;
     model.verdict = ident::judge(model, {});
     if (const auto excited = ident::excited_band(source.record.input, source.record.step_s)) {
@@ -114,10 +123,10 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
 }
 
 void compare_with_refit(ScoredModel& scored, const ident::Model& model, const Source& source,
-                        const ident::FitOptions& options, double level) {
+                        const ident::FitOptions& options, double level, const ident::FitProgress& progress) {
   if (!model.structure) return;
   try {
-    scored.refit = ident::fit(source.record, *model.structure, options, thread_executor());
+    scored.refit = ident::fit(source.record, *model.structure, options, thread_executor(), {}, progress);
   } catch (const DataError&) {
     return;  // the record cannot estimate this structure; the scores remain
   }
@@ -130,17 +139,18 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   if (!scored.cannot_tell.empty()) scored.of_another_plant = false;
 }
 
-ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level) {
+ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,
+                   const ident::FitProgress& progress) {
   ScoredModel one;
   one.validation = ident::validate(model, source.record, options);
   one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
-  compare_with_refit(one, model, source, options, level);
+  compare_with_refit(one, model, source, options, level, progress);
   return one;
 }
 
 }  // namespace
 
-RunComparison compare_runs(const std::vector<Source>& sources) {
+RunComparison compare_runs(const std::vector<Source>& sources, const Progress& progress) {
   const Source& first = sources.front();
   RunComparison comparison;
   std::vector<bool> has_other_input;
@@ -171,12 +181,12 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
   structure.name = comparison.structure = "io_valve";
   structure.structure = ident::structures::behind_valve(ident::structures::io());
   try {
-    comparison.runs = fit_all(sources, structure, options);
+    comparison.runs = fit_all(sources, structure, options, progress);
   } catch (const DataError& error) {
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", error.what()));
     structure.name = comparison.structure = "io";
     structure.structure = ident::structures::io();
-    comparison.runs = fit_all(sources, structure, options);
+    comparison.runs = fit_all(sources, structure, options, progress);
   }
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
@@ -194,16 +204,20 @@ RunComparison compare_runs(const std::vector<Source>& sources) {
   return comparison;
 }
 
-std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source) {
+std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
+                                      const Progress& progress) {
   const ident::FitOptions options = options_of(source);
   const double level = kFalseAlarm / static_cast<double>(models.size());
   std::vector<ScoredModel> all;
-  for (const ident::Model& model : models) all.push_back(scored(model, source, options, level));
+  for (const ident::Model& model : models) {
+    all.push_back(scored(model, source, options, level, part_of(progress, all.size(), models.size(), source.name)));
+  }
   return all;
 }
 
-ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options) {
-  return scored(model, source, whole(std::move(options)), kFalseAlarm);
+ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
+                        const Progress& progress) {
+  return scored(model, source, whole(std::move(options)), kFalseAlarm, part_of(progress, 0, 1, source.name));
 }
 
 }  // namespace eha::identify

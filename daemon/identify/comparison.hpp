@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/identify/progress.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/validation/parameter_change.hpp"
@@ -44,7 +45,7 @@ struct RunComparison {
 /// not excite both sides of the valve, all are fitted without a map.
 /// @param sources  at least two
 /// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
-[[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources);
+[[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources, const Progress& progress = {});
 
 /// A model compared with a record.
 struct ScoredModel {
@@ -64,9 +65,11 @@ struct ScoredModel {
 
 /// Scores every model on the whole record with the same samples and criteria.
 /// @throws as ident::validate
-[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source);
+[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
+                                                    const Progress& progress = {});
 
 /// The same for one model, with the record prepared by `options`.
-[[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options);
+[[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
+                                      const Progress& progress = {});
 
 }  // namespace eha::identify

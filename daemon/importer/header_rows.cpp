@@ -52,7 +52,17 @@ class HeaderFinder {
   HeaderFinder(const Reading& reading, std::size_t first, std::size_t width) : lines_(reading.lines), width_(width) {
     // Delimiters alone separate a header from its rows in some programs' files.
     begin_ = first;
-    while (begin_ > 0 && is_empty(lines_[begin_ - 1].fields)) --begin_;
+    // dSPACE writes a line of one word there, "trace_values".
+    bool is_below_word = false;
+    while (begin_ > 0 && (is_empty(lines_[begin_ - 1].fields) || is_lone_word(lines_[begin_ - 1].fields))) {
+      --begin_;
+      is_below_word = is_below_word || is_lone_word(lines_[begin_].fields);
+    }
+    // Its rows of names and units then begin with a word that the rows of numbers lack: "path", "unit".
+    if (is_below_word && begin_ > 0) {
+      const Fields& above = lines_[begin_ - 1].fields;
+      has_labels_ = above.size() == width_ + 1 && !above.back().empty() && is_name(above.front());
+    }
     const Fields& row = lines_[first].fields;
     is_first_column_empty_ = row.size() > 1 && row.front().empty();
   }
@@ -66,13 +76,22 @@ class HeaderFinder {
   }
 
  private:
+  [[nodiscard]] bool is_lone_word(const Fields& fields) const {
+    return width_ > 1 && is_name(fields.front()) &&
+           std::all_of(fields.begin() + 1, fields.end(), [](const std::string& f) { return f.empty(); });
+  }
   /// Rows end with a delimiter in some files, and in LabVIEW's lack the comment that the header names.
   [[nodiscard]] bool suits(const Fields& fields) const {
+    if (has_labels_) return fields.size() == width_ + 1;
     return fields.size() == width_ ||
            (fields.size() == width_ + 1 && (fields.back().empty() || fields.back() == "Comment"));
   }
   /// The names of R's write.table lack one for the row numbers.
   [[nodiscard]] bool lacks_first(const Fields& fields) const { return fields.size() + 1 == width_; }
+  [[nodiscard]] Fields without_label(Fields fields) const {
+    if (has_labels_ && !fields.empty()) fields.erase(fields.begin());
+    return fields;
+  }
 
   [[nodiscard]] bool take_names_and_units(Header& header) const {
     for (std::size_t i = begin_; i-- > 1;) {
@@ -88,7 +107,7 @@ class HeaderFinder {
         if (!(lacks_one ? lacks_first(names) : suits(names))) break;
         if (!is_beside && !are_names(names)) continue;
         set_names(header, j);
-        header.units = units;
+        header.units = without_label(units);
         if (lacks_one) header.units.insert(header.units.begin(), "");
         for (std::string& unit : header.units) {
           if (!may_be_unit(unit)) unit.clear();
@@ -112,7 +131,7 @@ class HeaderFinder {
   }
 
   void set_names(Header& header, std::size_t at) const {
-    header.names = lines_[at].fields;
+    header.names = without_label(lines_[at].fields);
     header.line = lines_[at].number;
     header.skipped_lines = at;
     if (lacks_first(header.names)) header.names.insert(header.names.begin(), "");
@@ -124,6 +143,7 @@ class HeaderFinder {
   std::size_t width_;
   std::size_t begin_ = 0;
   bool is_first_column_empty_ = false;
+  bool has_labels_ = false;  ///< names and units begin with a word of their own
 };
 
 /// Units of LabVIEW's second header.

@@ -97,6 +97,22 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
       path.string(), step_s, step_s < kShortestStep_s ? "faster" : "slower");
 }
 
+/// For a record with a set point of the rod beside its input and output: a controller probably made the input.
+std::string remark_on_loop(const Table& table, const Roles& roles) {
+  const std::vector<Column>& columns = table.columns();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (i == roles.input || i == roles.output || i == roles.time || !columns[i].is_number) continue;
+    if (!hints_of(columns[i].name, columns[i].unit).is_set_point) continue;
+    return fmt::format(
+        "column {} is a set point of the rod, so that a controller probably made the input from it and from the "
+        "output: "
+        "of a closed loop a model may be biased, most where noise and load move the rod; record with the loop open, or "
+        "hold the model against such a record (eha validate)",
+        described(columns, i));
+  }
+  return {};
+}
+
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
                        const ident::Record& record) {
   if (table.is_record_format()) return {};
@@ -266,6 +282,11 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   if (std::string remark = remark_on_pace(record.step_s, options.period_s ? "" : record.output_channel.unit, path);
       !remark.empty())
     imported.remarks.push_back(remark);
+  if (!own) {
+    if (std::string remark = remark_on_loop(*table, roles); !remark.empty()) {
+      imported.remarks.push_back(path.string() + ": " + remark);
+    }
+  }
   // A plain record without units has nothing but the order of its columns either.
   const bool is_without_units = record.input_channel.unit.empty() && record.output_channel.unit.empty();
   const std::string why =

@@ -23,8 +23,9 @@ constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 80;
 constexpr int kMapStyle = 2;
-constexpr double kVisibleBar = 0.05;      // of the gains' range
-constexpr double kBeyondModel_dB = 20.0;  // of the models' gains: noise far below would flatten them
+constexpr double kVisibleBar = 0.05;       // of the gains' range
+constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
+constexpr double kBeyondModel_dB = 20.0;   // of the models' gains: noise far below would flatten them
 
 /// Grows to hold finite values.
 struct Range {
@@ -272,6 +273,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   Panel phase{.x_label = "frequency [Hz]", .y_label = "phase [deg]", .log_x = true};
   Range gains;
   Range phases;
+  Range readable;  // phases within the usable bands
   Range frequencies;
   int style = 1;
   for (const ReportedModel* reported : models) {
@@ -291,7 +293,11 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
                            .style = style});
     phase.series.push_back({.label = "", .x = curve.frequency_Hz, .y = phase_deg, .mark = Mark::line, .style = style});
     for (const double value : curve.gain_dB) gains.add(value);
-    for (const double value : phase_deg) phases.add(value);
+    for (std::size_t i = 0; i < phase_deg.size(); ++i) {
+      phases.add(phase_deg[i]);
+      const double at_Hz = curve.frequency_Hz[i];
+      if (!usable || (at_Hz >= usable->lowest_Hz && at_Hz <= usable->highest_Hz)) readable.add(phase_deg[i]);
+    }
     for (const double value : curve.frequency_Hz) frequencies.add(value);
     ++style;
   }
@@ -314,6 +320,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   }
   const Range of_models = gains;
   if (response != nullptr) add_measured(*response, gain, phase, gains, phases);
+  phases.keep_within(readable.low - kBeyondBand_deg, readable.high + kBeyondBand_deg);
   gains.keep_within(of_models.low - kBeyondModel_dB, of_models.high + kBeyondModel_dB);
   if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
     for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});

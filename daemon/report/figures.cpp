@@ -163,6 +163,17 @@ Series held(const Series& series) {
   return steps;
 }
 
+namespace {
+
+/// The input of a record, held between its rows; in straight lines where there are more rows than points, as stairs of
+/// a thinned curve would be coarser than the input.
+Series held_input(std::span<const double> time_s, std::span<const double> values) {
+  Series series = curve(time_s, values, "input", 1);
+  return series.x.size() == time_s.size() ? held(series) : series;
+}
+
+}  // namespace
+
 std::string axis_label(const ident::Channel& channel) {
   return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
 }
@@ -176,7 +187,7 @@ plot::Figure record_figure(const ident::Record& record, const std::string& title
   Panel output{.x_label = "", .y_label = axis_label(record.output_channel)};
   output.series.push_back(curve(time_s, all(record.output), "measured output", 1));
   Panel input{.x_label = "time [s]", .y_label = axis_label(record.input_channel)};
-  input.series.push_back(held(curve(time_s, all(record.input), "input", 1)));
+  input.series.push_back(held_input(time_s, all(record.input)));
   return {.title = title, .panels = {std::move(output), std::move(input)}};
 }
 
@@ -195,7 +206,7 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
     ++style;
   }
   error.rules.push_back({.at = 0.0, .vertical = false});
-  input.series.push_back(held(curve(table.time_s, table.applied, "input", 1)));
+  input.series.push_back(held_input(table.time_s, table.applied));
   if (split_s) {
     for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
   }

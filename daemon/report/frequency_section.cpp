@@ -200,8 +200,12 @@ Section frequency_section(const Subject& subject) {
   if (subject.models.empty()) return section;
   const std::vector<const ReportedModel*> shown = subject.pictured();
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
-  Item item{.heading = "Gain and phase of the models over the measured response"};
-  item.figure = bode_figure(shown, response, "Bode plot of the models and the measured response", &subject.fit);
+  Item item{.heading = response != nullptr ? "Gain and phase of the models over the measured response"
+                                           : "Gain and phase of the models"};
+  item.figure =
+      bode_figure(shown, response,
+                  response != nullptr ? "Bode plot of the models and the measured response" : "Bode plot of the models",
+                  &subject.fit);
   item.remark = remark_on(subject, *shown.front(), response);
   if (const auto& notes = subject.part("identification", "frequency_response_notes"); notes.is_array()) {
     for (const auto& note : notes) item.html += paragraph("About this plot: " + note.get<std::string>() + ".");

@@ -10,6 +10,7 @@
 #include "daemon/report/section.hpp"
 #include "ident/fractional/poles.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/model/criterion.hpp"
 #include "ident/model/engineering_form.hpp"
 
 namespace eha::report {
@@ -59,9 +60,15 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
             ? "The pole at 0 is the integration from valve opening to position, as an open hydraulic cylinder has it"
             : "The pole at 0 integrates: after a step of the input the output never comes to rest. Take the model only "
               "for a plant that does so";
-    remark.to_do = model.verdict && model.verdict->accepted
-                       ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
-                       : integrates + ". Accept it with require_stable = false in [acceptance].";
+    // A model may be rejected for something else.
+    const bool is_allowed =
+        model.verdict &&
+        (model.verdict->accepted ||
+         std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const auto& c) {
+           return c.kind == ident::CriterionKind::stability_margin && c.judged && c.passed;
+         }));
+    remark.to_do = is_allowed ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
+                              : integrates + ". Accept it with require_stable = false in [acceptance].";
   } else if (!stability.stable) {
     remark.to_do =
         "Do not simulate with it over long times. An unstable model of a rig that is stable comes from drift or "

@@ -67,9 +67,8 @@ std::string longer_record(const Subject& subject, const Model& model) {
   const std::string experiment = next.is_string()
                                      ? "`eha run` with " + next.get<std::string>() + " of this run's folder"
                                      : std::string("a longer record");
-  return "first " + experiment +
-         ", as this one is too short to judge what is named above; a controller of this model is "
-         "a guess. Then ";
+  return "first " + experiment + ", as this one is too short to judge what is named above; " +
+         std::string(ident::kControllerIsAGuess) + ". Then ";
 }
 
 /// What to do with an accepted model.

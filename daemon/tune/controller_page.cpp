@@ -214,7 +214,8 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
   plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
   // A command is held until the next tick.
-  command.series.push_back(report::held({.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1}));
+  const plot::Series volts{.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1};
+  command.series.push_back(every == 1 ? report::held(volts) : volts);
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 

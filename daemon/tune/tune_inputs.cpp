@@ -64,6 +64,13 @@ double noise_in(const ident::Model& model, const config::RigConfig& rig, const T
   return kLsbsOfNoise * lsb_in;
 }
 
+/// Greatest coefficient of a numerator.
+double size_of(const ident::TransferFunction& g) {
+  double size = 0.0;
+  for (const ident::Term& term : g.numerator) size = std::max(size, std::abs(term.coefficient));
+  return size;
+}
+
 config::PromisedFigure figure(const ident::Interval& i) {
   return {.value = i.value, .lower = i.lower, .upper = i.upper};
 }
@@ -97,6 +104,9 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
   }
   inputs.task.kind = choices.kind;
   inputs.plant = ident::axis_plant(model, axis);
+  // The plant is the model with a velocity gain of 1.
+  inputs.model_gain_in_per_V_s = size_of(model.transfer_function) / size_of(inputs.plant.g);
+  if (model.verdict && model.verdict->usable_band) inputs.lowest_Hz = model.verdict->usable_band->lowest_Hz;
   const double most_V = config::closed_loop_most_V(rig.limits);
   axis.command_min = std::max(axis.command_min, inputs.plant.valve.null - most_V);
   axis.command_max = std::min(axis.command_max, inputs.plant.valve.null + most_V);
@@ -105,6 +115,8 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
     inputs.task.twin = choices.twin ? *choices.twin : *sim;
     inputs.task.spread = spread_about_fitted(inputs.plant.valve);
     inputs.twin = choices.twin ? "named" : "the simulated rig itself";
+    inputs.rig_gain_in_per_V_s = gains_of(inputs.task.twin).positive;
+    inputs.rig_gain_of = choices.twin ? "the twin" : "the simulated rig";
   } else {
     hal::SimOptions base;
     base.scale_in_per_V = conversion.scale_in_per_V;
@@ -118,6 +130,10 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
     inputs.task.twin = estimated_twin(inputs.plant, base);
     inputs.task.spread = spread_about_estimated(inputs.plant.valve);
     inputs.twin = "estimated from model and valve";
+    if (rig.limits.following) {
+      inputs.rig_gain_in_per_V_s = config::valve_estimate(*rig.limits.following).gain_positive_in_per_V_s;
+      inputs.rig_gain_of = "[following] of the rig file";
+    }
   }
   inputs.task.twin.sensor_noise_V = axis.noise / std::abs(inputs.task.twin.scale_in_per_V);
   return inputs;

@@ -27,7 +27,11 @@ struct TuneChoices {
 struct TuneInputs {
   ident::AxisPlant plant;
   TuneTask task;
-  std::string twin;  ///< origin of the twin, for display
+  std::string twin;                                ///< origin of the twin, for display
+  double model_gain_in_per_V_s = 0.0;              ///< extending, beyond the dead band
+  std::optional<double> rig_gain_in_per_V_s = {};  ///< the same of rig_gain_of; none: not known
+  std::string rig_gain_of;                         ///< "the simulated rig", "the twin" or "[following]"
+  double lowest_Hz = 0.0;                          ///< of the model's usable band; 0: unknown
 };
 
 /// @throws DataError  the model's units are not V and a length, or as ident::axis_plant()

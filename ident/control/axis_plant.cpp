@@ -163,9 +163,13 @@ AxisPlant axis_plant(const Model& model, const AxisTask& task) {
   sort_terms(g.denominator);
   const auto inverse = inverse_expansion(g, band_of(model));
   if (!inverse) {
-    refuse(
-        "its gain at low frequencies is 0 or negative, so that no reference can be followed; positive volts must "
-        "extend the rod");
+    const bool is_sound = !g.numerator.empty() && !g.denominator.empty() &&
+                          g.numerator.front().coefficient / g.denominator.front().coefficient > 0.0;
+    refuse(is_sound ? "in its band the rod's speed does not grow with the volts: a lead stands where an axis has an "
+                      "integrator or a lag. Fit the record with a structure that has one, such as integrator_lag or "
+                      "cylinder, if it is of a rod and a valve"
+                    : "its gain at low frequencies is 0 or negative, so that no reference can be followed; positive "
+                      "volts must extend the rod");
   }
   AxisPlant plant;
   const double factor = inverse->velocity;  // [V s/in]

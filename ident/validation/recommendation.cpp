@@ -323,7 +323,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   const std::string cause = cause_in_record(all);
   if (identified.empty()) {
     result.reason = !cause.empty() ? cause
-                                   : fmt::format("none is stable and identified; {} has the least AR-BIC: {}",
+                                   : fmt::format("no model passes its checks; {} has the least AR-BIC: {}",
                                                  all.front()->name, first_reason(*all.front()));
     return result;
   }

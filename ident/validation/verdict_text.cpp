@@ -312,7 +312,8 @@ class Reasons {
     if (const auto& stop = model_.validation->end_stop) {
       found.push_back(fmt::format(
           "The rod stands on an end stop (or the sensor at its end), at {:.3f} {} from {:.5g} s on, {:.3g} % of the "
-          "samples, and no model follows it there; cut with {}, or record nearer to mid-travel.",
+          "samples with those at any other end, and no model follows it there; cut with {}, or record nearer to "
+          "mid-travel.",
           stop->level, unit, stop->from_s, stop->percent, cut_options(*stop)));
     }
     if (const auto& jump = model_.validation->jump) {

@@ -96,6 +96,21 @@ TEST(ModelOptions, PutModelsBehindAMapAndNameThemSo) {
   EXPECT_FALSE(structures_for(options, {configured}).front().structure.input_map.valve);
 }
 
+TEST(ModelOptions, TakeTheNamesThatTheTablesPrint) {
+  ModelOptions named;
+  named.families = {"io1_valve", "io_valve", "io"};
+  const std::vector<StructureOptions> structures = structures_for(named, {});
+  ASSERT_EQ(structures.size(), 3U);
+  EXPECT_EQ(structures[0].name, "io1_valve");
+  EXPECT_EQ(structures[0].structure.family, "io1");
+  EXPECT_EQ(ident::input_map_kind_of(structures[0].structure).name, "valve");
+  EXPECT_EQ(structures[1].name, "io_valve");
+  EXPECT_EQ(structures[2].name, "io");
+  EXPECT_EQ(ident::input_map_kind_of(structures[2].structure).name, "none");
+  named.families = {"io_valve", "io_valve"};
+  EXPECT_NE(fault_of(named).find("given twice"), std::string::npos) << fault_of(named);
+}
+
 TEST(ModelOptions, GiveDegreesOnlyToModelsThatHaveThem) {
   ModelOptions options;
   options.families = {"io", "fo"};

@@ -73,6 +73,31 @@ TEST(ShortReport, GivesWhyAModelWasChosenInThreeLines) {
   EXPECT_NE(recommendation_text(answer, {}).find("confirm this choice"), std::string::npos);
 }
 
+TEST(ShortReport, NamesAcceptedModelsThatErrClearlyMore) {
+  Answer answer = answer_with("");
+  answer.models[0].validation->score.error_max = 0.1;
+  answer.models[0].validation->score.error_min = -0.1;
+  const auto factors = [](const Answer& of) { return short_report(of, {}).find("by these factors: worse 3."); };
+  EXPECT_EQ(factors(answer), std::string::npos);
+  answer.models.push_back(answer.models[0]);
+  answer.models[1].name = "worse";
+  answer.models[1].validation->score.error_max = 0.3;
+  EXPECT_NE(factors(answer), std::string::npos) << short_report(answer, {});
+  answer.models[1].verdict->accepted = false;
+  answer.models[1].verdict->grade = ident::Grade::rejected;
+  EXPECT_EQ(factors(answer), std::string::npos) << short_report(answer, {});
+}
+
+TEST(ShortReport, CountsModelsThatAreNotAcceptedByTheWordOfTheTable) {
+  Answer answer = answer_with("");
+  EXPECT_EQ(words_of_rejected(answer.models), "");
+  answer.models[0].verdict->accepted = false;
+  answer.models[0].verdict->grade = ident::Grade::rejected;
+  answer.models.push_back(answer.models[0]);
+  const std::string word(ident::verdict_word(*answer.models[0].verdict));
+  EXPECT_EQ(words_of_rejected(answer.models), "2 " + word);
+}
+
 TEST(ShortReport, GivesAReasonThatModelsShareOnce) {
   Answer answer = answer_with("none");
   ident::Model& model = answer.models[0];

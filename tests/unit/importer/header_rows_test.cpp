@@ -34,6 +34,34 @@ TEST_F(ImportedFile, HasNamesAndUnitsAboveRowsOfHardwareAndDates) {
       {}));
 }
 
+TEST_F(ImportedFile, HasALineOfOneWordBetweenItsHeaderAndItsRows) {
+  const auto rows = [](int k) { return fmt::format("{:.4f},{:.5f},{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k)); };
+  expect_rig(import_record(
+      write("dspace.csv", Rig::rows("Origin,ControlDesk\nExperiment,sine\npath,Root/t,Root/u_valve,Root/x_rod\n"
+                                    "Time,u_valve,x_rod\ns,V,mm\ntrace_values\n",
+                                    rows)),
+      {}));
+  expect_rig(import_record(
+      write("labels.csv", Rig::rows("Origin,ControlDesk\npath,Root/t,Root/u_valve,Root/x_rod\nunit,s,V,mm\n"
+                                    "trace_values\n",
+                                    rows)),
+      {}));
+}
+
+TEST_F(ImportedFile, HasASetPointBesideSoThatItsLoopWasClosed) {
+  const auto rows = [](int k) {
+    return fmt::format("{:.4f};{:.5f};{:.5f};{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k), Rig::place(k) + 0.3);
+  };
+  const auto path = write("loop.csv", Rig::rows("Zeit [s];Ventil [V];Weg Ist [mm];Weg Soll [mm]\n", rows));
+  Options options;
+  options.input = "2";
+  options.output = "3";
+  const Imported imported = import_record(path, options);
+  const auto is_of_loop = [](const std::string& remark) { return remark.find("closed loop") != std::string::npos; };
+  EXPECT_TRUE(std::any_of(imported.remarks.begin(), imported.remarks.end(), is_of_loop))
+      << fmt::format("{}", fmt::join(imported.remarks, "\n"));
+}
+
 TEST_F(ImportedFile, HasUnitsInARowOfOtherWords) {
   const std::string head =
       "Vendor,X\nSampling interval,100ms\nNumber,Date&Time,ms,CH1,CH2,Alarm\nNO.,Time,ms,V,mm,A1\n";

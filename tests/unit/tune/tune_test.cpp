@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/kind_table.hpp"
+#include "daemon/tune/promised_plant.hpp"
 #include "hal/sim/cylinder.hpp"
 
 namespace eha::tune {
@@ -96,6 +97,27 @@ TEST(TwinDraws, OfAnEstimatedTwinHaveThePlantsValve) {
     EXPECT_GT(drawn.initial_displacement_in, 0.15);
     EXPECT_LT(drawn.initial_displacement_in, 5.75);
   }
+}
+
+TEST(PromisedPlant, NamesAGainAUnitAndALagThatAreNotThoseOfTheTrialsRig) {
+  TuneInputs inputs;
+  inputs.model_gain_in_per_V_s = 0.13;
+  EXPECT_FALSE(returns_in_s(inputs)) << "a model without a usable band";
+  inputs.lowest_Hz = 0.1;
+  EXPECT_EQ(why_another_plant(inputs), "") << "a rig whose gain is not known";
+  inputs.rig_gain_in_per_V_s = 0.15;
+  inputs.rig_gain_of = "the simulated rig";
+  EXPECT_EQ(why_another_plant(inputs), "");
+  inputs.model_gain_in_per_V_s = 2.1 * 0.15;
+  EXPECT_NE(why_another_plant(inputs).find("2.1 times that"), std::string::npos) << why_another_plant(inputs);
+  inputs.model_gain_in_per_V_s = 25.0 * 0.15;
+  EXPECT_NE(why_another_plant(inputs).find("mm taken for inches"), std::string::npos) << why_another_plant(inputs);
+  inputs.model_gain_in_per_V_s = 0.15;
+  inputs.plant.inverse.position = 0.2;  // slower than the band
+  EXPECT_EQ(why_another_plant(inputs), "");
+  inputs.plant.inverse.position = 2.0;
+  EXPECT_NE(why_another_plant(inputs).find("does not integrate"), std::string::npos) << why_another_plant(inputs);
+  EXPECT_DOUBLE_EQ(returns_in_s(inputs).value_or(0.0), 0.5);
 }
 
 TEST(SwingCounter, CountsSwingsOfTheLastSecond) {
