@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +28,8 @@ struct Following {
   std::optional<double> null_uncertainty_V = {};        ///< [V]
   std::optional<double> dead_band_uncertainty_V = {};   ///< [V]
   std::optional<double> gain_uncertainty_percent = {};  ///< of each gain [%]
+  /// Sum over the measured numbers, as `eha characterise` wrote them; see config/measured_check.hpp
+  std::optional<std::uint32_t> measured_check = {};
 
   static void visit_keys(auto& self, auto& keys) {
     keys.number("gain_positive_in_per_V_s", self.gain_positive_in_per_V_s, Range::above(0.0));
@@ -37,6 +41,7 @@ struct Following {
     keys.number("null_uncertainty_V", self.null_uncertainty_V, Range::between(0.0, 10.0));
     keys.number("dead_band_uncertainty_V", self.dead_band_uncertainty_V, Range::between(0.0, 10.0));
     keys.number("gain_uncertainty_percent", self.gain_uncertainty_percent, Range::between(0.0, 100.0));
+    keys.integer("measured_check", self.measured_check, 0, std::numeric_limits<std::uint32_t>::max());
   }
 };
 

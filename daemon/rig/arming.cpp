@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "config/measured_check.hpp"
 #include "config/needs_following.hpp"
 #include "core/error.hpp"
 #include "core/priorities.hpp"
@@ -51,6 +52,13 @@ double greatest_gain(const config::Following& following) {
 void judge_following(const config::RigLimits& limits, double half_range_V, double travel_in,
                      std::vector<std::string>& refusals) {
   const config::Following& following = *limits.following;
+  const bool is_as_measured = config::is_as_measured(following);
+  if (following.measured_check && !is_as_measured) {
+    refusals.emplace_back(
+        "following.measured_check does not fit: a measured number of [following] was changed after eha characterise "
+        "had "
+        "written it; put the lines of eha characterise RUN into the file again, or measure anew");
+  }
   if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
     refusals.push_back(fmt::format(
         "following.dead_band_V = {:g} V is more than 30 % of half the command range, in which the sensor is "
@@ -58,10 +66,10 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
         following.dead_band_V, most));
   }
   if (const double speed = greatest_gain(following) * following.dead_band_V;
-      speed > kGreatestSpeedInDeadBand_in_per_s && !following.dead_band_uncertainty_V) {
+      speed > kGreatestSpeedInDeadBand_in_per_s && !is_as_measured) {
     refusals.push_back(
         fmt::format("following.dead_band_V = {:g} V: if the valve had none, the rod would move at {:.2g} in/s before a "
-                    "dead sensor shows; measure it (eha characterise) and write dead_band_uncertainty_V with it",
+                    "dead sensor shows; measure it (eha characterise) and take its lines with measured_check",
                     following.dead_band_V, speed));
   }
   if (const double most = kGreatestFollowingShare * travel_in; following.limit_in > most) {

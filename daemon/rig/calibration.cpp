@@ -12,6 +12,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/measured_check.hpp"
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
@@ -209,9 +210,11 @@ std::string rig_text_with(const config::RigConfig& rig, const config::Following&
   add("null_uncertainty_V", following.null_uncertainty_V);
   add("dead_band_uncertainty_V", following.dead_band_uncertainty_V);
   add("gain_uncertainty_percent", following.gain_uncertainty_percent);
-  std::string text = with_values(rig, "following", values);
-  static_cast<void>(config::parse_rig(text, rig.file_name));
-  return text;
+  const config::RigConfig written = config::parse_rig(with_values(rig, "following", values), rig.file_name);
+  const config::Following& read = *written.limits.following;
+  // Only what has its uncertainties was measured by eha characterise.
+  if (!following.dead_band_uncertainty_V) return written.text;
+  return with_values(written, "following", {{"measured_check", fmt::format("{}", config::measured_check_of(read))}});
 }
 
 std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s) {

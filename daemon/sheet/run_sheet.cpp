@@ -4,14 +4,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "config/characterisation.hpp"
 #include "config/experiment_config.hpp"
+#include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::sheet {
+namespace {
+
+constexpr double kMillimetresPerInch = 25.4;
+
+}  // namespace
 
 RunSheet sheet_of_run(const std::filesystem::path& folder) {
   const record::LoadedRun run = record::read_run(folder);
@@ -59,24 +66,43 @@ std::string rig_lines(const RunSheet& run) {
   const config::Following following = following_of(run);
   const bool is_metric = run.rig.units == "mm";
   const char* in = is_metric ? "mm" : "in";
-  const double factor = is_metric ? 25.4 : 1.0;
+  const double factor = is_metric ? kMillimetresPerInch : 1.0;
+  config::Following read = following;  // as the file will be read
+  const auto written = [](std::string text, double unit, double& number) {
+    number = std::strtod(text.c_str(), nullptr) / unit;
+    return text;
+  };
+  const auto with_four_decimals = [&](double value, double& number) {
+    return written(fmt::format("{:.4f}", value), 1.0, number);
+  };
+  const std::string positive = written(fmt::format("{:.4g}", factor * following.gain_positive_in_per_V_s), factor,
+                                       read.gain_positive_in_per_V_s);
+  const std::string negative = written(fmt::format("{:.4g}", factor * following.gain_negative_in_per_V_s), factor,
+                                       read.gain_negative_in_per_V_s);
+  const std::string null = with_four_decimals(following.null_V, read.null_V);
+  const std::string dead_band = with_four_decimals(following.dead_band_V, read.dead_band_V);
+  const std::string null_slack = with_four_decimals(*following.null_uncertainty_V, *read.null_uncertainty_V);
+  const std::string dead_band_slack =
+      with_four_decimals(*following.dead_band_uncertainty_V, *read.dead_band_uncertainty_V);
+  const std::string gain_slack =
+      written(fmt::format("{:.2f}", *following.gain_uncertainty_percent), 1.0, *read.gain_uncertainty_percent);
   return fmt::format(
       "[following]\n"
       "# Half of the measured gains: a rod that moves slower counts as stuck.\n"
-      "gain_positive_{0}_per_V_s = {1:.4g}  # half of the measured {2:.4g}\n"
-      "gain_negative_{0}_per_V_s = {3:.4g}  # half of the measured {4:.4g}\n"
-      "null_V = {5:.4f}\n"
-      "dead_band_V = {6:.4f}  # measured {7:.4f}, and {8:g} for what varies\n"
+      "gain_positive_{0}_per_V_s = {1}  # half of the measured {2:.4g}\n"
+      "gain_negative_{0}_per_V_s = {3}  # half of the measured {4:.4g}\n"
+      "null_V = {5}\n"
+      "dead_band_V = {6}  # measured {7:.4f}, and {8:g} for what varies\n"
       "limit_{0} = {9:g}\n"
       "pressure_delay_s = {10:g}\n"
-      "null_uncertainty_V = {11:.4f}  # of 95 %, as the next two\n"
-      "dead_band_uncertainty_V = {12:.4f}\n"
-      "gain_uncertainty_percent = {13:.2f}\n",
-      in, factor * following.gain_positive_in_per_V_s, factor * run.sheet.gain_positive_in_per_V_s.value,
-      factor * following.gain_negative_in_per_V_s, factor * run.sheet.gain_negative_in_per_V_s.value, following.null_V,
-      following.dead_band_V, run.sheet.dead_band_V.value, config::kDeadBandSpare_V, factor * following.limit_in,
-      following.pressure_delay_s, *following.null_uncertainty_V, *following.dead_band_uncertainty_V,
-      *following.gain_uncertainty_percent);
+      "null_uncertainty_V = {11}  # of 95 %, as the next two\n"
+      "dead_band_uncertainty_V = {12}\n"
+      "gain_uncertainty_percent = {13}\n"
+      "measured_check = {14}  # fits the measured numbers as they stand here\n",
+      in, positive, factor * run.sheet.gain_positive_in_per_V_s.value, negative,
+      factor * run.sheet.gain_negative_in_per_V_s.value, null, dead_band, run.sheet.dead_band_V.value,
+      config::kDeadBandSpare_V, factor * following.limit_in, following.pressure_delay_s, null_slack, dead_band_slack,
+      gain_slack, config::measured_check_of(read));
 }
 
 std::string experiment_lines(const RunSheet& run) {

@@ -6,10 +6,13 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "config/measured_check.hpp"
 #include "daemon/place/place_source.hpp"
 #include "daemon/rig/arming.hpp"
 #include "tests/unit/place/driven_rod.hpp"
@@ -24,35 +27,89 @@ bool is_refused(const config::RigConfig& rig) {
   const config::Following& following = *rig.limits.following;
   const bool parses = following.gain_positive_in_per_V_s > 0.0 && following.gain_negative_in_per_V_s > 0.0 &&
                       std::abs(following.null_V) <= 10.0 && following.limit_in > 0.0 &&
-                      following.pressure_delay_s <= 10.0;
+                      following.pressure_delay_s <= 10.0 && following.null_uncertainty_V.value_or(0.0) <= 10.0 &&
+                      following.dead_band_uncertainty_V.value_or(0.0) <= 10.0 &&
+                      following.gain_uncertainty_percent.value_or(0.0) <= 100.0;
   return !parses || !arming_findings(rig).refusals.empty();
 }
 
-constexpr std::array kKeys{&config::Following::gain_positive_in_per_V_s,
-                           &config::Following::gain_negative_in_per_V_s,
-                           &config::Following::null_V,
-                           &config::Following::dead_band_V,
-                           &config::Following::limit_in,
-                           &config::Following::pressure_delay_s};
-constexpr std::array<const char*, 6> kNames{"gain_positive", "gain_negative", "null",
-                                            "dead_band",     "limit",         "pressure_delay"};
+/// Where the numbers of a rig file come from.
+enum class Source {
+  hand,       ///< slow steps
+  old_sheet,  ///< of a characterisation, without its sum
+  sheet,      ///< of a characterisation, with its sum
+};
+constexpr std::array kSources{Source::hand, Source::old_sheet, Source::sheet};
+constexpr std::array<const char*, 3> kSourceNames{"by hand", "old sheet", "sheet"};
+
+/// What `eha characterise` writes for this rod. @param with_sum  as it does now
+void add_uncertainties(config::Following& following, Random& random, bool with_sum) {
+  following.null_uncertainty_V = uniform(random, 0.003, 0.04);
+  following.dead_band_uncertainty_V = uniform(random, 0.003, 0.04);
+  following.gain_uncertainty_percent = uniform(random, 0.3, 3.0);
+  if (with_sum) following.measured_check = config::measured_check_of(following);
+}
+
+/// A rod and the file of its rig. A rod of more than 1 in/s over its dead band is armed with a sheet only.
+struct Drawn {
+  hal::SimOptions plant;
+  config::Following following;
+};
+
+Drawn drawn(Source source, Random& random) {
+  Drawn found{.plant = random_plant(random), .following = {}};
+  if (source == Source::sheet) found.plant.valve_rated_flow_L_per_min *= uniform(random, 1.0, 2.0);
+  found.following = commissioned(found.plant, random);
+  if (source != Source::hand) add_uncertainties(found.following, random, source == Source::sheet);
+  return found;
+}
+
+struct Key {
+  const char* name;
+  double* value;
+};
+
+std::vector<Key> keys_of(config::Following& following) {
+  std::vector<Key> keys{{"gain_positive", &following.gain_positive_in_per_V_s},
+                        {"gain_negative", &following.gain_negative_in_per_V_s},
+                        {"null", &following.null_V},
+                        {"dead_band", &following.dead_band_V},
+                        {"limit", &following.limit_in},
+                        {"pressure_delay", &following.pressure_delay_s}};
+  if (!following.dead_band_uncertainty_V) return keys;
+  keys.push_back({"null_uncertainty", &*following.null_uncertainty_V});
+  keys.push_back({"dead_band_uncertainty", &*following.dead_band_uncertainty_V});
+  keys.push_back({"gain_uncertainty", &*following.gain_uncertainty_percent});
+  return keys;
+}
 
 struct Slip {
-  std::size_t key = 0;
+  std::string key;
   double before = 0.0;
   double after = 0.0;
 };
 
 Slip random_slip(config::Following& following, Random& random) {
-  Slip slip{.key = static_cast<std::size_t>(below(random, static_cast<int>(kKeys.size())))};
-  double& value = following.*kKeys[slip.key];
-  slip.before = value;
-  const int kind = below(random, 4);
-  if (kind == 0) value *= 10.0;
-  if (kind == 1) value /= 10.0;
-  if (kind == 2) value *= 25.4;
-  if (kind == 3) value = with_another_digit(value, random);
-  slip.after = value;
+  std::vector<Key> keys = keys_of(following);
+  double sum = 0.0;
+  if (following.measured_check) {
+    sum = *following.measured_check;
+    keys.push_back({"measured_check", &sum});
+  }
+  const Key& key = keys[static_cast<std::size_t>(below(random, static_cast<int>(keys.size())))];
+  Slip slip{.key = key.name, .before = *key.value};
+  if (key.value == &sum) {
+    const int place = below(random, 10);
+    sum = std::fmod(sum + std::round(std::pow(10.0, place)) * (1 + below(random, 9)), 4294967296.0);
+    following.measured_check = static_cast<std::uint32_t>(sum);
+  } else {
+    const int kind = below(random, 4);
+    if (kind == 0) *key.value *= 10.0;
+    if (kind == 1) *key.value /= 10.0;
+    if (kind == 2) *key.value *= 25.4;
+    if (kind == 3) *key.value = with_another_digit(*key.value, random);
+  }
+  slip.after = *key.value;
   return slip;
 }
 
@@ -76,8 +133,9 @@ TEST(SlipCampaign, NeverRefusesOrStopsASoundRig) {
   std::map<std::string, int> trips;
   for (int run = 0; run < runs; ++run) {
     Random random(1000 + static_cast<unsigned>(run));
-    const hal::SimOptions plant = random_plant(random);
-    const config::RigConfig rig = rig_with(commissioned(plant, random));
+    const Source source = kSources[static_cast<std::size_t>(run) % kSources.size()];
+    const auto [plant, following] = drawn(source, random);
+    const config::RigConfig rig = rig_with(following);
     ASSERT_FALSE(is_refused(rig)) << "run " << run << ": " << arming_findings(rig).refusals.front();
     const double target_in = random_target(plant, random);
     const Placed result = placed(plant, rig, target_in, std::nullopt);
@@ -107,8 +165,8 @@ TEST(SlipCampaign, KeepsASlipOfThePenSlow) {
   std::map<std::string, Worst> worst;
   for (int run = 0; run < runs; ++run) {
     Random random(40'000 + static_cast<unsigned>(run));
-    const hal::SimOptions plant = random_plant(random);
-    config::Following following = commissioned(plant, random);
+    const std::size_t source = static_cast<std::size_t>(run) % kSources.size();
+    auto [plant, following] = drawn(kSources[source], random);
     const Slip slip = random_slip(following, random);
     const config::RigConfig rig = rig_with(following);
     const double target_in = random_target(plant, random);
@@ -120,7 +178,7 @@ TEST(SlipCampaign, KeepsASlipOfThePenSlow) {
                .amount = 0.0,
                .noise_LSB = uniform(random, 0.0, 30.0)};
     }
-    const std::string kind = fmt::format("{:14} {}", kNames[slip.key],
+    const std::string kind = fmt::format("{:21} {:9} {}", slip.key, kSourceNames[source],
                                          !fault                   ? "sound"
                                          : fault->first_tick == 0 ? "frozen from the start"
                                                                   : "freezes");
@@ -132,7 +190,7 @@ TEST(SlipCampaign, KeepsASlipOfThePenSlow) {
     }
     const Placed result = placed(plant, rig, target_in, fault);
     const std::string what = fmt::format(
-        "run {}: {} {:.3g} for {:.3g}, {}, {} at {:.2f} s, dead band {:.2f} V, flow {:.1f}: {:.2f} in/s, {:.2f} "
+        "run {}: {} {:.10g} for {:.10g}, {}, {} at {:.2f} s, dead band {:.2f} V, flow {:.1f}: {:.2f} in/s, {:.2f} "
         "in lost",
         run, kind, slip.after, slip.before, fault ? fault->noise_LSB : -1.0, to_text(result.fault), result.at_s,
         plant.valve_dead_band_V, plant.valve_rated_flow_L_per_min, result.fastest_in_per_s, result.lost_in);
@@ -147,7 +205,7 @@ TEST(SlipCampaign, KeepsASlipOfThePenSlow) {
   }
   for (const auto& [kind, of_kind] : worst) {
     fmt::print(
-        "{:38} {:4} runs, {:4} refused, {:3} over 1 in/s, {:3} over 0.3 in, {} at an end; at most {:.2f} in/s, {:.2f} "
+        "{:55} {:4} runs, {:4} refused, {:3} over 1 in/s, {:3} over 0.3 in, {} at an end; at most {:.2f} in/s, {:.2f} "
         "in lost\n",
         kind, of_kind.runs, of_kind.refused, of_kind.faster, of_kind.farther, of_kind.ends, of_kind.fastest_in_per_s,
         of_kind.lost_in);

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/measured_check.hpp"
 #include "core/error.hpp"
 #include "hal/backends/backend.hpp"
 #include "hal/faults/fault_rig.hpp"
@@ -148,7 +149,22 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
          f.gain_positive_in_per_V_s = 0.6;
          f.dead_band_uncertainty_V = 0.02;
        },
+       "if the valve had none, the rod would move at 1.4 in/s"},
+      {[](Following& f) {
+         f.dead_band_V = 1.2;
+         f.gain_positive_in_per_V_s = 0.6;
+         f.dead_band_uncertainty_V = 0.02;
+         f.measured_check = config::measured_check_of(f);
+       },
        ""},
+      {[](Following& f) {
+         f.dead_band_V = 0.2;
+         f.gain_positive_in_per_V_s = 0.6;
+         f.dead_band_uncertainty_V = 0.02;
+         f.measured_check = config::measured_check_of(f);
+         f.dead_band_V = 1.2;
+       },
+       "following.measured_check does not fit"},
       {[](Following& f) {
          f = {.gain_positive_in_per_V_s = 1.18, .gain_negative_in_per_V_s = 1.03, .null_V = -0.42, .dead_band_V = 0.05};
        },

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "config/measured_check.hpp"
 #include "core/error.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/excitation/portable_draw.hpp"
@@ -109,6 +110,27 @@ TEST(CalibratedRigText, WritesMillimetresWhereTheUnitsOfTheFileAreMillimetres) {
       << followed;
   EXPECT_NE(followed.find("\nlimit_in = 0.1 "), std::string::npos) << "what was not measured stays";
   EXPECT_EQ(calibrated_rig_text(inches, {.scale_in_per_V = 0.61}, "2026-05-04").find("_mm_per_V"), std::string::npos);
+}
+
+TEST(RigTextWith, HasASumThatFitsWhatWasMeasured) {
+  config::Following following{.gain_positive_in_per_V_s = 0.0612345,
+                              .gain_negative_in_per_V_s = 0.0498765,
+                              .null_V = -0.2123456,
+                              .dead_band_V = 0.2123456,
+                              .null_uncertainty_V = 0.0061234,
+                              .dead_band_uncertainty_V = 0.0071234,
+                              .gain_uncertainty_percent = 1.2345678,
+                              .measured_check = 7};
+  for (const char* units : {"", "units = \"mm\"\n"}) {
+    const config::RigConfig rig = config::parse_rig(units + config::load_rig(kRigs + "sim.toml").text, "r.toml");
+    const std::string text = rig_text_with(rig, following);
+    const config::RigConfig changed = config::parse_rig(text, "r.toml");
+    EXPECT_TRUE(config::is_as_measured(*changed.limits.following)) << text;
+    EXPECT_EQ(rig_text_with(changed, *changed.limits.following), text);
+  }
+  following.dead_band_uncertainty_V.reset();
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  EXPECT_EQ(rig_text_with(rig, following).find("measured_check"), std::string::npos) << "nothing says it is measured";
 }
 
 TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {
