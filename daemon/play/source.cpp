@@ -11,6 +11,7 @@
 #include "daemon/place/exploring_source.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
+#include "daemon/place/pressure_source.hpp"
 #include "daemon/track/track_source.hpp"
 
 namespace eha::play {
@@ -31,6 +32,13 @@ std::unique_ptr<CommandSource> started(const PlayRequest& request, double place_
                                                  std::move(source));
 }
 
+/// Plays `source` once the pressure has built up. A placing waits for it by itself.
+std::unique_ptr<CommandSource> under_pressure(const PlayRequest& request, std::unique_ptr<CommandSource> source) {
+  const auto& following = request.rig.limits.following;
+  if (!following || !(following->pressure_delay_s > 0.0)) return source;
+  return std::make_unique<place::PressureSource>(*following, request.rig.realtime.sample_period_s, std::move(source));
+}
+
 std::unique_ptr<CommandSource> table_of(const config::Played& played, const PlayRequest& request) {
   const auto repetitions = static_cast<std::uint32_t>(request.experiment.repetitions);
   if (!played.hold) return std::make_unique<acquisition::TableSource>(request.table_V, repetitions);
@@ -43,7 +51,7 @@ std::unique_ptr<CommandSource> table_of(const config::Played& played, const Play
 
 std::unique_ptr<CommandSource> source_of(const config::Played& played, const PlayRequest& request) {
   std::unique_ptr<CommandSource> table = table_of(played, request);
-  if (!played.start) return table;
+  if (!played.start) return under_pressure(request, std::move(table));
   // A held rod starts at the mean of its motion about the start.
   const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
   return started(request, played.start->displacement_in + ahead_in, std::move(table));

@@ -60,6 +60,26 @@ TEST_F(Play, GivesTheSameBytesTwiceInVirtualTime) {
   }
 }
 
+TEST_F(Play, PlaysNoRowBeforeThePressureHasBuiltUp) {
+  rig_config_.limits.following = config::Following{.gain_positive_in_per_V_s = 0.07,
+                                                   .gain_negative_in_per_V_s = 0.07,
+                                                   .null_V = 0.02,
+                                                   .dead_band_V = 0.2,
+                                                   .pressure_delay_s = 1.5};
+  const FinishedRun finished = run();
+  ASSERT_EQ(finished.report.outcome, Outcome::completed);
+  const std::vector<TickRecord> ticks = read_ticks(finished.folder);
+  std::size_t played = 0;
+  for (const TickRecord& tick : ticks) {
+    if (tick.state == acquisition::State::running) ++played;
+    if (tick.scheduled_ns < 1'500'000'000) {
+      ASSERT_NE(tick.state, acquisition::State::running) << tick.scheduled_ns;
+      ASSERT_LE(std::abs(tick.requested_V), 0.02) << tick.scheduled_ns;
+    }
+  }
+  EXPECT_EQ(played, table_V_.size());
+}
+
 TEST_F(Play, WritesTheSameTicksToTheJournalAndToHdf5) {
   const FinishedRun finished = run();
   std::vector<TickRecord> journal;
