@@ -20,18 +20,22 @@ namespace eha::importer {
 namespace {
 
 /// What readers, their libraries and the C library call; everything else fails with EPERM. Not ioctl, which could type
-/// into the user's terminal.
+/// into the user's terminal. Calls with an argument that decides are in kArguments.
 constexpr int kCalls[] = {
-    SYS_read,       SYS_write,         SYS_pread64,         SYS_readv,        SYS_writev,      SYS_lseek,
-    SYS_close,      SYS_fstat,         SYS_newfstatat,      SYS_statx,        SYS_flock,       SYS_fcntl,
-    SYS_readlinkat, SYS_faccessat,     SYS_faccessat2,      SYS_getcwd,       SYS_brk,         SYS_mmap,
-    SYS_munmap,     SYS_mremap,        SYS_mprotect,        SYS_madvise,      SYS_futex,       SYS_getrandom,
-    SYS_getpid,     SYS_gettid,        SYS_getuid,          SYS_geteuid,      SYS_getgid,      SYS_getegid,
-    SYS_getrusage,  SYS_clock_gettime, SYS_clock_nanosleep, SYS_gettimeofday, SYS_uname,       SYS_sysinfo,
-    SYS_prlimit64,  SYS_rt_sigaction,  SYS_rt_sigprocmask,  SYS_rt_sigreturn, SYS_sigaltstack, SYS_sched_yield,
-    SYS_exit,       SYS_exit_group,    SYS_restart_syscall,
+    SYS_read,           SYS_write,        SYS_pread64,         SYS_readv,
+    SYS_writev,         SYS_lseek,        SYS_close,           SYS_fstat,
+    SYS_newfstatat,     SYS_statx,        SYS_flock,           SYS_readlinkat,
+    SYS_faccessat,      SYS_faccessat2,   SYS_getcwd,          SYS_brk,
+    SYS_mmap,           SYS_munmap,       SYS_mremap,          SYS_mprotect,
+    SYS_madvise,        SYS_futex,        SYS_getrandom,       SYS_getpid,
+    SYS_gettid,         SYS_getuid,       SYS_geteuid,         SYS_getgid,
+    SYS_getegid,        SYS_getrusage,    SYS_clock_gettime,   SYS_clock_nanosleep,
+    SYS_gettimeofday,   SYS_uname,        SYS_sysinfo,         SYS_rt_sigaction,
+    SYS_rt_sigprocmask, SYS_rt_sigreturn, SYS_sigaltstack,     SYS_sched_yield,
+    SYS_exit,           SYS_exit_group,   SYS_restart_syscall,
 #ifdef SYS_stat  // of architectures older than these calls with a folder
-    SYS_stat,       SYS_lstat,         SYS_access,          SYS_readlink,     SYS_time,
+    SYS_stat,           SYS_lstat,        SYS_access,          SYS_readlink,
+    SYS_time,
 #endif
 };
 
@@ -59,6 +63,18 @@ constexpr Opening kOpenings[] = {
 #endif
 };
 
+/// Calls that are allowed with these values of an argument only. fcntl() could make the kernel send a signal to another
+/// process (F_SETOWN with F_SETSIG), prlimit64() take another process's time or memory away.
+struct Argument {
+  std::uint32_t call;
+  std::uint32_t at;
+  std::uint32_t value;
+};
+constexpr Argument kArguments[] = {
+    {SYS_fcntl, 1, F_GETFD}, {SYS_fcntl, 1, F_SETFD},  {SYS_fcntl, 1, F_GETFL},         {SYS_fcntl, 1, F_GETLK},
+    {SYS_fcntl, 1, F_SETLK}, {SYS_fcntl, 1, F_SETLKW}, {SYS_fcntl, 1, F_DUPFD_CLOEXEC}, {SYS_prlimit64, 0, 0},
+};
+
 constexpr sock_filter statement(std::uint32_t code, std::uint32_t value) {
   return {static_cast<std::uint16_t>(code), 0, 0, value};
 }
@@ -69,11 +85,15 @@ constexpr sock_filter load(std::size_t at) {
   return statement(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(at));
 }
 
-bool filter_calls() noexcept {
+/// @param own  this process: abort() signals itself
+bool filter_calls(pid_t own) noexcept {
   constexpr sock_filter kAllow = statement(BPF_RET | BPF_K, SECCOMP_RET_ALLOW);
   constexpr sock_filter kRefuse = statement(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM);
   constexpr std::size_t kOfOpening = 5;
-  std::array<sock_filter, 5 + kOfOpening * std::size(kOpenings) + 2 * std::size(kCalls)> filter{};
+  constexpr std::size_t kOfArgument = 5;
+  constexpr std::size_t kMostInstructions =
+      5 + kOfOpening * std::size(kOpenings) + kOfArgument * (std::size(kArguments) + 1) + 2 * std::size(kCalls);
+  std::array<sock_filter, kMostInstructions> filter{};
   std::size_t length = 0;
   const auto add = [&](sock_filter instruction) { filter[length++] = instruction; };
   add(load(offsetof(seccomp_data, arch)));
@@ -84,6 +104,15 @@ bool filter_calls() noexcept {
     add(jump(BPF_JEQ, static_cast<std::uint32_t>(call), 0, 1));
     add(kAllow);
   }
+  const auto allow_with = [&](const Argument& argument) {
+    add(jump(BPF_JEQ, argument.call, 0, kOfArgument - 1));
+    add(load(offsetof(seccomp_data, args) + argument.at * sizeof(std::uint64_t)));  // the low half: an int
+    add(jump(BPF_JEQ, argument.value, 0, 1));
+    add(kAllow);
+    add(load(offsetof(seccomp_data, nr)));
+  };
+  for (const Argument& argument : kArguments) allow_with(argument);
+  allow_with({SYS_tgkill, 0, static_cast<std::uint32_t>(own)});
   for (const Opening& opening : kOpenings) {
     add(jump(BPF_JEQ, opening.call, 0, kOfOpening - 1));
     add(load(offsetof(seccomp_data, args) + opening.flags_at * sizeof(std::uint64_t)));  // the low half
@@ -115,7 +144,7 @@ void restrict_files(int descriptor) noexcept {
 bool confine_to(int descriptor) noexcept {
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return false;
   restrict_files(descriptor);
-  return filter_calls();
+  return filter_calls(getpid());
 }
 
 }  // namespace eha::importer

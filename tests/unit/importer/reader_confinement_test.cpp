@@ -4,11 +4,13 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -37,6 +39,10 @@ std::string left_to(const std::filesystem::path& own, const std::filesystem::pat
     note('u', unlink(other.c_str()) == 0);
     note('s', socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
     note('k', kill(getppid(), 0) == 0);
+    note('g', fcntl(ends[1], F_SETOWN, getppid()) == 0 || fcntl(ends[1], F_SETSIG, SIGKILL) == 0);
+    rlimit limit{};
+    note('l', prlimit(getppid(), RLIMIT_CPU, nullptr, &limit) == 0);
+    note('d', fcntl(ends[1], F_GETFD) < 0 || prlimit(0, RLIMIT_CPU, nullptr, &limit) != 0);
     note('t', ioctl(0, FIONREAD, &ends[0]) == 0);
     const pid_t grandchild = fork();
     if (grandchild == 0) _exit(0);
@@ -67,6 +73,23 @@ TEST(ReaderConfinement, LeavesTheOneFileAndNothingElse) {
   const auto other = folder.write("other", "2");
   EXPECT_EQ(left_to(own, other), has_landlock() ? "r" : "ro");
   EXPECT_TRUE(std::filesystem::exists(other));
+}
+
+TEST(ReaderConfinement, LetsAReaderAbortItself) {
+  const test::TemporaryFolder folder;
+  const auto own = folder.write("own", "1");
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit none{};
+    setrlimit(RLIMIT_CORE, &none);
+    const os::FileDescriptor file = os::open_file(own, O_RDONLY);
+    if (!confine_to(file.get())) _exit(1);
+    std::abort();
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(status)) << status;
+  EXPECT_EQ(WTERMSIG(status), SIGABRT);
 }
 
 }  // namespace
