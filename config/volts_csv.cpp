@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <optional>
 #include <string_view>
@@ -23,6 +24,7 @@ constexpr std::string_view kVoltsColumn = "voltage_V";
 constexpr std::string_view kTimeColumn = "time_s";
 /// 2.8 hours at 1 kHz, the longest table that an experiment may have.
 constexpr std::size_t kMostRows = 10'000'000;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30U;  ///< of kMostRows with a dozen columns
 /// Tolerance of a row's time against the grid, as a share of the step, for times rounded to decimals.
 constexpr double kTimeTolerance = 1e-3;
 
@@ -48,7 +50,10 @@ std::vector<std::string_view> fields_of(std::string_view line) {
 /// Reads one file line by line.
 class VoltsCsv {
  public:
-  explicit VoltsCsv(const std::filesystem::path& path) : path_(path), stream_(path, std::ios::binary) {}
+  explicit VoltsCsv(const std::filesystem::path& path) : path_(path) {
+    require_file();
+    stream_.open(path, std::ios::binary);
+  }
 
   VoltsFile read(const std::string& name) {
     VoltsFile file{.name = name, .volts_V = {}, .step_s = std::nullopt};
@@ -83,11 +88,22 @@ class VoltsCsv {
     return std::nullopt;
   }
 
-  void read_header() {
+  /// A pipe or a device may have no end, or no beginning: opening a pipe waits for its other end.
+  void require_file() const {
     std::error_code ignored;
-    if (std::filesystem::is_directory(path_, ignored)) {
-      throw ConfigError(fmt::format("{}: expected a CSV file, got a directory", path_.string()));
+    const std::filesystem::file_status status = std::filesystem::status(path_, ignored);
+    if (!std::filesystem::exists(status)) return;  // its opening says why
+    if (!std::filesystem::is_regular_file(status)) {
+      throw ConfigError(
+          fmt::format("{}: expected a CSV file, got {}", path_.string(),
+                      std::filesystem::is_directory(status) ? "a directory" : "a pipe, a socket or a device"));
     }
+    if (const auto bytes = std::filesystem::file_size(path_, ignored); !ignored && bytes > kMostBytes) {
+      throw ConfigError(fmt::format("{}: expected a CSV file of at most 1 GiB, got {} bytes", path_.string(), bytes));
+    }
+  }
+
+  void read_header() {
     if (!stream_) {
       throw ConfigError(fmt::format("{}: cannot be read: {}; check the path", path_.string(), error_text(errno)));
     }

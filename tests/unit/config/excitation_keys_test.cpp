@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -111,6 +115,25 @@ TEST_F(TableFile, ThatCannotBeReadIsRefusedWithTheLine) {
   } catch (const ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find("volts.csv: cannot be read: No such file"), std::string::npos);
   }
+}
+
+TEST_F(TableFile, IsNoPipeWhichNobodyMayWriteTo) {
+  (void)faults_with("voltage_V\n0\n");
+  std::filesystem::remove(folder_.path() / "volts.csv");
+  ASSERT_EQ(mkfifo((folder_.path() / "volts.csv").c_str(), 0600), 0);
+  const auto refused = [&] {
+    try {
+      (void)load_prepared_experiment(folder_.path() / "e.toml", rig());
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refused().find("volts.csv: expected a CSV file, got a pipe, a socket or a device"), std::string::npos);
+  std::filesystem::remove(folder_.path() / "volts.csv");
+  std::ofstream(folder_.path() / "volts.csv") << "voltage_V\n";
+  std::filesystem::resize_file(folder_.path() / "volts.csv", (std::uintmax_t{1} << 40U));
+  EXPECT_NE(refused().find("volts.csv: expected a CSV file of at most 1 GiB"), std::string::npos);
 }
 
 TEST_F(TableFile, IsNotLookedForWhereOnlyTheTextWasSent) {
