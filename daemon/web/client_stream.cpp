@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 namespace eha::web {
 namespace {
@@ -71,6 +72,8 @@ bool ClientStream::wait_for_request(const std::function<bool()>& goes_on) {
   left_ = limits_.request_bytes;
   too_long_ = too_slow_ = has_answered_ = false;
   written_ = 0;
+  head_.clear();
+  keeps_head_ = true;
   request_deadline_ = Clock::now() + limits_.request;
   return true;
 }
@@ -97,7 +100,13 @@ ssize_t ClientStream::read(char* bytes, size_t size) {
   std::memcpy(bytes, buffer_.data() + begin_, taken);
   begin_ += taken;
   left_ -= taken;
+  if (keeps_head_) head_.append(bytes, taken);
   return static_cast<ssize_t>(taken);
+}
+
+std::string ClientStream::take_head() {
+  keeps_head_ = false;
+  return std::exchange(head_, {});
 }
 
 ClientStream::Clock::time_point ClientStream::answer_deadline() const {

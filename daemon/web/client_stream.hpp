@@ -42,6 +42,9 @@ class ClientStream : public httplib::Stream {
   [[nodiscard]] bool is_too_long() const noexcept { return too_long_; }
   [[nodiscard]] bool is_too_slow() const noexcept { return too_slow_; }
 
+  /// Returns the bytes of the present request that were read so far, and keeps no more of it.
+  [[nodiscard]] std::string take_head();
+
   /// Sends a text unless that would block.
   void send_at_once(const std::string& text) const;
 
@@ -64,6 +67,8 @@ class ClientStream : public httplib::Stream {
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
   std::size_t left_ = 0;  ///< bytes that the request may still have
+  std::string head_;      ///< bytes of the request, until they are taken
+  bool keeps_head_ = false;
   bool too_long_ = false;
   bool too_slow_ = false;
   bool has_answered_ = false;

@@ -14,6 +14,8 @@
 #include <cerrno>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
@@ -47,6 +49,24 @@ std::vector<std::string> headers_of(const httplib::Request& request, const char*
   const auto [begin, end] = request.headers.equal_range(name);
   for (auto item = begin; item != end; ++item) values.push_back(item->second);
   return values;
+}
+
+/// The headers of a request as they were sent. The library decodes "%41" in them, so that another text than a token
+/// would equal it, and a token with such a text would not equal itself.
+httplib::Headers sent_headers(std::string_view head) {
+  constexpr std::string_view kBlank = " \t";
+  httplib::Headers headers;
+  for (std::size_t end = head.find('\n'); end != std::string_view::npos; end = head.find('\n')) {
+    std::string_view line = head.substr(0, end);
+    head.remove_prefix(end + 1);
+    const std::size_t colon = line.find(':');
+    if (!line.ends_with('\r') || colon == 0 || colon == std::string_view::npos) continue;
+    std::string_view value = line.substr(colon + 1, line.size() - colon - 2);
+    value.remove_prefix(std::min(value.find_first_not_of(kBlank), value.size()));
+    value = value.substr(0, value.find_last_not_of(kBlank) + 1);
+    headers.emplace(line.substr(0, colon), value);
+  }
+  return headers;
 }
 
 RequestHead head_of(const httplib::Request& request) {
@@ -235,6 +255,9 @@ httplib::Server::HandlerResponse WebServer::route(const httplib::Request& reques
 void WebServer::serve_connection(ClientStream& stream) {
   bool may_have_body = false;
   const auto set_up = [&](httplib::Request& request) {
+    std::string head = stream.take_head();
+    head.erase(0, head.find('\n') + 1);  // the line of the request
+    request.headers = sent_headers(head);
     // Compressing answers that are requested ten times a second costs more than it saves on the loopback interface;
     // parts of a file could be requested again and again in one request.
     request.headers.erase("Accept-Encoding");

@@ -96,6 +96,8 @@ class WebServerTest : public ::testing::Test {
                       if (request.path == "/broken") throw std::runtime_error("broken");
                       if (request.path == "/long") {
                         response.set_content(std::string(64u << 20, 'x'), "text/plain");
+                      } else if (request.path == "/token") {
+                        response.set_content("<" + request.get_header_value("X-Eha-Token") + ">", "text/plain");
                       } else {
                         response.set_content(request.method + " " + request.body, "text/plain");
                       }
@@ -166,6 +168,19 @@ TEST_F(WebServerTest, HandsOverTheBodyOfAPostAndClosesThen) {
   const std::string answer = client.hear();
   EXPECT_NE(answer.find("POST body"), std::string::npos) << answer;
   EXPECT_NE(answer.find("Connection: close"), std::string::npos) << answer;
+}
+
+TEST_F(WebServerTest, HandsOverHeadersAsTheyWereSent) {
+  start();
+  const RawClient client = connected();
+  for (const char* token : {"%41bc", "a%0d%0aHost: b", "abc", "%"}) {
+    ASSERT_TRUE(client.say(head("GET /token HTTP/1.1") + "x-eha-token: \t" + token + " \r\n\r\n"));
+  }
+  ASSERT_TRUE(client.say(head("GET /token HTTP/1.1") + "Connection: close\r\n\r\n"));
+  const std::string answers = client.hear();
+  for (const char* token : {"<%41bc>", "<a%0d%0aHost: b>", "<abc>", "<%>", "<>"}) {
+    EXPECT_NE(answers.find(token), std::string::npos) << token << '\n' << answers;
+  }
 }
 
 TEST_F(WebServerTest, WaitsForNoBodyWhoseLengthIsNotSaid) {
