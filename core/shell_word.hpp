@@ -8,8 +8,8 @@
 
 namespace eha {
 
-/// Quotes a word for a shell if necessary. For every untrusted name in a command that the user may copy.
-[[nodiscard]] inline std::string shell_word(std::string_view word) {
+/// Quotes a word for a shell if necessary: an option, a value, a whole command line.
+[[nodiscard]] inline std::string shell_quoted(std::string_view word) {
   static constexpr std::string_view kSpecial = " \t\n'\"\\$`*?[]{}()<>|&;#~!^";
   // What a terminal would show as '?', too: copied, it would be a pattern.
   const bool plain =
@@ -18,6 +18,12 @@ namespace eha {
   std::string quoted = "'";
   for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return quoted + "'";
+}
+
+/// The name of a file as a word of a command, quoted if necessary; one that begins with '-' is no option of it. For
+/// every untrusted name in a command that the user may copy.
+[[nodiscard]] inline std::string shell_word(std::string_view name) {
+  return name.starts_with('-') ? shell_quoted("./" + std::string(name)) : shell_quoted(name);
 }
 
 }  // namespace eha

@@ -22,7 +22,7 @@ std::string mend_device(const hal::ComediOptions& options, const CardFinding& fi
   if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER, then log in again";
   if (options.board == kBoard && finding.module == ModuleSupport::not_listed)
     return "first repair the driver, see below";
-  return fmt::format("sudo modprobe {}; dmesg says what it found", shell_word(options.driver));
+  return fmt::format("sudo modprobe {}; dmesg says what it found", shell_quoted(options.driver));
 }
 
 Check check_device(const hal::ComediOptions& options, const CardFinding& finding) {

@@ -43,7 +43,7 @@ eha-experiment(5), eha-rig(5), eha-record(5).)";
 /// The command line, quoted for a shell.
 std::string for_a_shell(int argc, const char* const* argv) {
   std::string line = "eha";
-  for (int i = 1; i < argc; ++i) line += " " + shell_word(argv[i]);
+  for (int i = 1; i < argc; ++i) line += " " + shell_quoted(argv[i]);
   return line;
 }
 

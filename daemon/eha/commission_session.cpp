@@ -34,7 +34,7 @@ std::string again(const CommissionOptions& command) {
   if (command.precision_percent != otherwise.precision_percent) {
     line += fmt::format(" --precision {:g}", command.precision_percent);
   }
-  if (command.ruler) line += " --ruler " + shell_word(*command.ruler);
+  if (command.ruler) line += " --ruler " + shell_quoted(*command.ruler);
   if (command.local) {
     line += " --local";
   } else {
@@ -80,7 +80,7 @@ void CommissionSession::ask_before_motion() const {
 
 Played CommissionSession::play(std::vector<std::string> words, Results results) {
   std::vector<std::string> quoted;
-  for (const std::string& word : words) quoted.push_back(shell_word(word));
+  for (const std::string& word : words) quoted.push_back(shell_quoted(word));
   console_.print(fmt::format("$ eha {}", fmt::join(quoted, " ")));
   console_.flush();
   words.insert(words.begin(), "eha");

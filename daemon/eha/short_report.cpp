@@ -202,11 +202,17 @@ Answer shown_answer(Answer answer, const DisplayUnit& unit) {
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t indent) {
+  // A line that begins so is a step that eha offers; within a text it may be a stranger's.
+  constexpr std::string_view kStep = "Next:";
   std::string result;
   std::size_t column = indent;
   std::string_view rest = text;
   while (!rest.empty()) {
-    const std::size_t end = std::min(rest.find(' '), rest.size());
+    std::size_t end = std::min(rest.find(' '), rest.size());
+    for (std::size_t next = rest.find_first_not_of(' ', end);
+         next < rest.size() && rest.substr(next).starts_with(kStep); next = rest.find_first_not_of(' ', end)) {
+      end = std::min(rest.find(' ', next), rest.size());
+    }
     const std::string_view word = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (column > indent && column + 1 + word.size() > kWidth) {

@@ -24,7 +24,7 @@ std::string design_command(const Source& source, const WeakParameter& weak) {
   const std::filesystem::path folder =
       source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
   return fmt::format("eha design --from {} --improve {} --rig RIG.toml",
-                     shell_word((folder / (weak.model + ".json")).string()), shell_word(weak.parameter));
+                     shell_word((folder / (weak.model + ".json")).string()), shell_quoted(weak.parameter));
 }
 
 /// Whether the record is too short to judge the recommended model.

@@ -36,6 +36,14 @@ TEST(ShellWord, LeavesOrdinaryNamesAsTheyAre) {
   EXPECT_EQ(shell_word(""), "''");
 }
 
+TEST(ShellWord, IsNoOptionOfTheCommandThatTakesIt) {
+  EXPECT_EQ(shell_word("-rf"), "./-rf");
+  EXPECT_EQ(shell_word("--socket=a b"), "'./--socket=a b'");
+  EXPECT_EQ(taken_by_shell(shell_word("-e $HOME")), "./-e $HOME");
+  EXPECT_EQ(shell_word("runs/-a"), "runs/-a");
+  EXPECT_EQ(shell_quoted("--fast"), "--fast") << "an option of a whole command line stays one";
+}
+
 TEST(ShellWord, QuotesWhatATerminalShowsAsAPattern) {
   EXPECT_EQ(shell_word("\xC2\x85-twin=keep.toml"), "'\xC2\x85-twin=keep.toml'");
   EXPECT_EQ(shell_word("a\xE2\x80\xAEz"), "'a\xE2\x80\xAEz'");

@@ -200,5 +200,22 @@ TEST(Wrapped, BreaksBetweenWordsAndIndents) {
   EXPECT_EQ(wrapped("", 4), "");
 }
 
+TEST(Wrapped, BeginsNoLineWithAStepThatStandsWithinTheText) {
+  for (const char* step : {"Next: eha arm", "Next:eha", "Next: Next: Next:"}) {
+    for (std::size_t blanks = 1; blanks < 100; ++blanks) {
+      for (const std::size_t letters : {0U, 1U, 40U, 63U, 64U, 75U, 90U}) {
+        const std::string text =
+            wrapped("reason " + std::string(letters, 'x') + std::string(blanks, ' ') + step + " more", 16);
+        std::istringstream lines(text);
+        for (std::string line; std::getline(lines, line);) {
+          const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
+          EXPECT_FALSE(line.substr(first).starts_with("Next:")) << blanks << ' ' << letters << '\n' << text;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(wrapped("Next: a record, because", 0), "Next: a record, because") << "eha's own";
+}
+
 }  // namespace
 }  // namespace eha::cli
