@@ -10,7 +10,9 @@ namespace {
 using acquisition::Fault;
 
 // Pinned by slip_campaign_test.cpp: simulated rigs, sound and not, with one number of [following] wrong.
-constexpr double kSpareVolts_V = 0.3;  ///< beyond what the speed needs
+constexpr double kSpareVolts_V = 0.3;         ///< beyond what the speed needs
+constexpr double kFirstSpeed_in_per_s = 0.1;  ///< at once, so that a dead sensor shows soon
+constexpr double kMostFirst_V = 0.1;
 constexpr double kAcceleration_in_per_s2 = 1.3;
 constexpr double kLeastGrowthShare = 0.1;  ///< of half the command range, each second
 constexpr double kMostGrowthShare = 0.6;
@@ -52,7 +54,8 @@ LoopBounds loop_bounds(const config::RigLimits& limits, double speed_in_per_s) n
   const config::ValveEstimate valve = config::valve_estimate(following);
   const double slower = std::min(valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s);
   bounds.null_V = valve.null_V;
-  bounds.edge_V = valve.dead_band_V;
+  const double faster = std::max(valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s);
+  bounds.edge_V = valve.dead_band_V + std::min(kMostFirst_V, kFirstSpeed_in_per_s / faster);
   bounds.most_V = std::min(bounds.most_V, valve.dead_band_V + speed_in_per_s / slower + kSpareVolts_V);
   bounds.still_V = following.dead_band_V + kStillSpare_V;
   bounds.least_gain_in_per_V_s =

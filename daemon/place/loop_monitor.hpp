@@ -16,7 +16,8 @@ namespace eha::place {
 /// Bounds of a closed loop. They hold even if one number of the rig's [following] is wrong.
 struct LoopBounds {
   double null_V = 0.0;          ///< middle of the valve's dead band
-  double edge_V = 0.0;          ///< half the dead band: |u - null| may take any value in it at once
+  double edge_V = 0.0;          ///< |u - null| may take any value up to it at once: half the dead band, and 0.1 V
+                                ///< or what moves the rod at 0.1 in/s by [following]
   double most_V = 0.0;          ///< greatest |u - null|
   double growth_V_per_s = 0.0;  ///< fastest growth of |u - null| beyond the edge
   double speed_limit_in_per_s = std::numeric_limits<double>::infinity();  ///< measured, over 50 ms
