@@ -77,7 +77,7 @@ class HeaderFinder {
 
  private:
   [[nodiscard]] bool is_lone_word(const Fields& fields) const {
-    return width_ > 1 && is_name(fields.front()) &&
+    return width_ > 1 && !fields.empty() && is_name(fields.front()) &&
            std::all_of(fields.begin() + 1, fields.end(), [](const std::string& f) { return f.empty(); });
   }
   /// Rows end with a delimiter in some files, and in LabVIEW's lack the comment that the header names.

@@ -104,8 +104,7 @@ std::string remark_on_loop(const Table& table, const Roles& roles) {
     if (i == roles.input || i == roles.output || i == roles.time || !columns[i].is_number) continue;
     if (!hints_of(columns[i].name, columns[i].unit).is_set_point) continue;
     return fmt::format(
-        "column {} is a set point of the rod, so that a controller probably made the input from it and from the "
-        "output: "
+        "column {} is a set point of the rod, so that a controller probably made the input from it and the output: "
         "of a closed loop a model may be biased, most where noise and load move the rod; record with the loop open, or "
         "hold the model against such a record (eha validate)",
         described(columns, i));

@@ -56,8 +56,7 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
   if (following.measured_check && !is_as_measured) {
     refusals.emplace_back(
         "following.measured_check does not fit: a measured number of [following] was changed after eha characterise "
-        "had "
-        "written it; put the lines of eha characterise RUN into the file again, or measure anew");
+        "wrote it; put the lines of eha characterise RUN into the file again, or measure anew");
   }
   if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
     refusals.push_back(fmt::format(

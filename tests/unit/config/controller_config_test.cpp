@@ -82,11 +82,11 @@ std::string refusal(std::string text, const std::string& from, const std::string
 TEST(ControllerFile, NamesLineAndColumnOfWhatIsWrong) {
   const std::string text = controller_text(controller());
   EXPECT_EQ(refusal(text, "kp_per_s = 12.3456789012345", "kp_per_s = \"fast\""),
-            "c.toml:14:12: feedback.kp_per_s: expected a number of at least 0, got \"fast\"");
+            "c.toml:15:12: feedback.kp_per_s: expected a number of at least 0, got \"fast\"");
   EXPECT_NE(refusal(text, "smoothing_in_per_s", "smoothing_in_pers").find("did you mean \"smoothing_in_per_s\"?"),
             std::string::npos);
   EXPECT_NE(refusal(text, "position = \"in\"", "position = \"mm\"").find("units.position"), std::string::npos);
-  EXPECT_NE(refusal(text, "schema = 1", "schema = 2").find("c.toml:2:"), std::string::npos);
+  EXPECT_NE(refusal(text, "schema = 1", "schema = 2").find("c.toml:3:"), std::string::npos);
   EXPECT_NE(refusal(text, "velocity_in_per_s = 0.4", "velocity_in_per_s = -0.4").find("c.toml:"), std::string::npos);
   EXPECT_NE(refusal(text, "[fault]", "[faults]").find("fault"), std::string::npos);
   EXPECT_NE(refusal(text, "jerk_in_per_s3 = 25.0", "jerk_in_per_s3 = 0.001").find("jerk"), std::string::npos);
