@@ -69,7 +69,8 @@ class GuardOfAHangingDisk : public ::testing::Test {
   }
   [[nodiscard]] fs::path runs() const { return folder_.path() / "runs"; }
 
-  /// Starts `eha run --local` with a voltage other than the safe one, and waits until it has driven for 0.3 s.
+  /// Starts `eha run --local` with a voltage other than the safe one, and waits until that stands at the output, after
+  /// pressure_delay_s.
   [[nodiscard]] std::unique_ptr<Driver> drive() {
     folder_.write("rig.toml", DrivenRig::rig_text(std::nullopt));
     std::string experiment = quiet_experiment_text("long", 60.0);
@@ -79,7 +80,9 @@ class GuardOfAHangingDisk : public ::testing::Test {
     auto driver = std::make_unique<Driver>(std::vector<std::string>{EHA_PROGRAM, "run", "--local", "--yes", "--rig",
                                                                     "rig.toml", "--output", "runs/kept", "long.toml"},
                                            rig_.environment(), folder_.path());
-    if (!rig_.is_driven(300)) throw std::runtime_error("it is not driven");
+    if (!rig_.is_driven(300) || !holds([&] { return rig_.card().output_code != kSafeCode; })) {
+      throw std::runtime_error("it is not driven");
+    }
     return driver;
   }
 
