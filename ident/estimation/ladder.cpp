@@ -8,7 +8,6 @@
 #include <exception>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <set>
 #include <utility>
 
@@ -17,6 +16,7 @@
 #include "ident/estimation/delay_gain.hpp"
 #include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
+#include "ident/estimation/ladder_fits.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/rungs.hpp"
 #include "ident/estimation/sub_structures.hpp"
@@ -38,16 +38,10 @@ constexpr double kFarFromSecond = 50.0;  // of AR-BIC
 constexpr double kFarFromBest = 150.0;
 constexpr double kUnderestimated = 5.0;
 constexpr std::size_t kMostSharedRows = 1'000'000;  // of which two fits at once stay within the memory of one of 10^7
-constexpr const char* kRoughly = "from one start: by AR-BIC the structure cannot come near the best ones";
 
 bool has(const Structure& structure, const std::string& parameter) {
   const auto all = requestable_parameters(structure);
   return std::any_of(all.begin(), all.end(), [&](const StructureParameter* p) { return p->key.name == parameter; });
-}
-
-double ar_bic(const ClimbedModel& climbed) {
-  const auto& information = climbed.result.model.estimation->information;
-  return information ? information->ar_bic : std::numeric_limits<double>::infinity();
 }
 
 /// The estimated coefficient whose interval holds 0 and whose value is the fewest standard errors from it; null
@@ -62,31 +56,6 @@ const ParameterEstimate* most_compatible_with_0(const Model& model) {
   return most;
 }
 
-/// A fit from which the one behind a map is predicted.
-struct Fitted {
-  std::shared_ptr<const FittedOptimum> optimum;
-  double ar_bic;
-  bool is_fractional;
-};
-
-/// What fits leave behind beside their models.
-struct Left {
-  std::set<std::string> signatures;      ///< of the structures that were tried
-  std::map<std::string, Fitted> optima;  ///< by signature
-  std::vector<Refusal> refused;
-  std::exception_ptr first_failure;
-  WorkByStage work;
-
-  Left& operator+=(Left&& later) {
-    signatures.merge(later.signatures);
-    for (auto& [signature, fitted] : later.optima) optima.insert_or_assign(signature, std::move(fitted));
-    std::move(later.refused.begin(), later.refused.end(), std::back_inserter(refused));
-    if (!first_failure) first_failure = later.first_failure;
-    add(work, later.work);
-    return *this;
-  }
-};
-
 class Climber {
  public:
   Climber(const PreparedRecord& prepared, const LadderOptions& wanted, const FitOptions& options,
@@ -95,7 +64,7 @@ class Climber {
         wanted_(wanted),
         options_(options),
         limits_(limits),
-        fit_structure_(fit_structure),
+        fits_(options, limits, fit_structure),
         executor_(executor) {}
 
   Climb run() {
@@ -137,59 +106,6 @@ class Climber {
     }
   }
 
-  [[nodiscard]] FitOptions quick(Search search) const {
-    FitOptions options = options_;
-    options.intervals = IntervalMethod::straight;
-    options.search = search;
-    return options;
-  }
-
-  /// @returns nothing where the record does not allow the structure
-  std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
-                                     const std::vector<Model>& known) {
-    return fitted(asked, options, known, left_);
-  }
-  std::optional<ClimbedModel> fitted(const StructureOptions& asked, const FitOptions& options,
-                                     const std::vector<Model>& known, Left& left) const {
-    left.signatures.insert(signature(asked));
-    try {
-      ClimbedModel climbed{asked, fit_structure_(asked, options, known), options.search == Search::nearest};
-      add(left.work, climbed.result.work);
-      if (climbed.is_rough) climbed.result.model.provenance["search"] = kRoughly;
-      judge_anew(climbed);
-      left.optima.insert_or_assign(
-          signature(asked), Fitted{climbed.result.fitted, ar_bic(climbed), has_estimated_order(climbed.result.model)});
-      return climbed;
-    } catch (const DataError& error) {
-      if (!left.first_failure) left.first_failure = std::current_exception();
-      left.refused.push_back({asked.name, error.what()});
-    }
-    return std::nullopt;
-  }
-
-  void judge_anew(ClimbedModel& climbed) const {
-    climbed.result.model.verdict = judge(climbed.result.model, limits_.acceptance, limits_.facts);
-  }
-
-  /// Whether the estimating part determines what the model leaves free.
-  [[nodiscard]] bool is_identified(const ClimbedModel& climbed) const {
-    Model unvalidated = climbed.result.model;
-    unvalidated.validation.reset();
-    return judge(unvalidated, limits_.acceptance, limits_.facts).accepted;
-  }
-  /// The same, whatever the uncertainty of its parameters.
-  [[nodiscard]] bool is_right_but_for_parameters(const ClimbedModel& climbed) const {
-    ClimbedModel known = climbed;
-    for (ParameterEstimate& p : known.result.model.parameters) p.fixed = true;
-    return is_identified(known);
-  }
-
-  /// Of two structures of a rung. A lag that is too fast for the record must not displace the mere integrator.
-  [[nodiscard]] bool is_preferred(const ClimbedModel& a, const ClimbedModel& b) const {
-    if (is_identified(a) != is_identified(b)) return is_identified(a);
-    return ar_bic(a) < ar_bic(b);
-  }
-
   /// The AR-BIC beyond which a model can be neither recommended nor the runner-up. One of integer order has those of
   /// integer order for rivals, which orders that are estimated need not displace.
   [[nodiscard]] double end_of_reach(const ClimbedModel& climbed) const {
@@ -199,7 +115,7 @@ class Climber {
     std::vector<double> rivals(2, std::numeric_limits<double>::infinity());
     for (const ClimbedModel& climbed : climb_.models) {
       if (!fractional && has_estimated_order(climbed.result.model)) continue;
-      if (is_identified(climbed)) rivals.push_back(ar_bic(climbed));
+      if (fits_.is_identified(climbed)) rivals.push_back(ar_bic(climbed));
     }
     std::sort(rivals.begin(), rivals.end());
     return std::min(rivals[0] + kFarFromBest, rivals[1] + kFarFromSecond);
@@ -236,7 +152,7 @@ class Climber {
   struct Added {
     std::vector<Model> known;  ///< what later fits start from
     std::vector<ClimbedModel> models;
-    Left left;
+    LeftByFits left;
   };
 
   /// Runs tasks at the same time, unless the record is so long that two fits may not fit the memory.
@@ -269,10 +185,10 @@ class Climber {
       const Search search = search_of(rung, structure, asked, added.left.work);
       std::vector<Model> known = known_;
       known.insert(known.end(), added.known.begin(), added.known.end());
-      auto climbed = fitted(asked, quick(search), known, added.left);
+      auto climbed = fits_.fitted(asked, search, known, added.left);
       if (!climbed) continue;
       added.known.push_back(climbed->result.model);
-      if (!best || is_preferred(*climbed, *best)) best = std::move(climbed);
+      if (!best || fits_.is_preferred(*climbed, *best)) best = std::move(climbed);
     }
     if (best) added.models.push_back(std::move(*best));
   }
@@ -305,8 +221,8 @@ class Climber {
       asked.structure.numerator = with_zero.numerator;
       asked.structure.denominator = with_zero.denominator;
       asked.structure.formula = with_zero.formula;
-      auto fit = fitted(asked, quick(Search::known), known_);
-      if (!fit || !is_preferred(*fit, climbed)) continue;
+      auto fit = fits_.fitted(asked, Search::known, known_, left_);
+      if (!fit || !fits_.is_preferred(*fit, climbed)) continue;
       known_.push_back(fit->result.model);
       climbed = std::move(*fit);
     }
@@ -320,10 +236,10 @@ class Climber {
     const std::vector<Model> own = {climbed.result.model};
     std::vector<Model> known = delayed_;
     known.insert(known.end(), own.begin(), own.end());
-    auto delayed = fitted(asked, quick(search), known);
+    auto delayed = fits_.fitted(asked, search, known, left_);
     if (search == Search::nearest && !delayed_.empty()) {
       // A delay that does all the work of a lag leaves the lag no slope: the nearest start may be such a one.
-      auto from_own = fitted(asked, quick(search), own);
+      auto from_own = fits_.fitted(asked, search, own, left_);
       if (from_own && (!delayed || ar_bic(*from_own) < ar_bic(*delayed))) delayed = std::move(from_own);
     }
     if (!delayed || !(ar_bic(*delayed) <= ar_bic(climbed) - kDelayGain)) return false;
@@ -342,7 +258,7 @@ class Climber {
     if (is_beyond(end_of_reach(climbed), ar_bic(climbed), gain)) return Search::nearest;
     StructureOptions asked = climbed.structure;
     asked.structure.delay.freedom = Freedom::free;
-    const auto near = fitted(asked, quick(Search::nearest), {climbed.result.model});
+    const auto near = fits_.fitted(asked, Search::nearest, {climbed.result.model}, left_);
     return near && !(ar_bic(*near) < ar_bic(climbed)) ? std::nullopt : std::optional(Search::known);
   }
 
@@ -381,7 +297,7 @@ class Climber {
   [[nodiscard]] double least_identified() const {
     double least = std::numeric_limits<double>::infinity();
     for (const ClimbedModel& climbed : climb_.models) {
-      if (is_identified(climbed)) least = std::min(least, ar_bic(climbed));
+      if (fits_.is_identified(climbed)) least = std::min(least, ar_bic(climbed));
     }
     return least;
   }
@@ -392,23 +308,23 @@ class Climber {
     const double least = least_identified();
     for (ClimbedModel& climbed : climb_.models) {
       std::optional<ClimbedModel> smaller = climbed;
-      for (int k = 0; smaller && k < kMostZeroed && !is_identified(*smaller); ++k) {
+      for (int k = 0; smaller && k < kMostZeroed && !fits_.is_identified(*smaller); ++k) {
         smaller = ar_bic(*smaller) < least + kMostZeroed * kCoefficientCost ? without_least(*smaller) : std::nullopt;
       }
-      if (smaller && is_identified(*smaller) && !is_identified(climbed)) climbed = std::move(*smaller);
+      if (smaller && fits_.is_identified(*smaller) && !fits_.is_identified(climbed)) climbed = std::move(*smaller);
     }
   }
 
   /// The model without the coefficient that is most compatible with 0; nothing where that says no more than a
   /// structure that was fitted.
   std::optional<ClimbedModel> without_least(const ClimbedModel& climbed) {
-    if (!is_right_but_for_parameters(climbed)) return {};
+    if (!fits_.is_right_but_for_parameters(climbed)) return {};
     const ParameterEstimate* zero = most_compatible_with_0(climbed.result.model);
     if (zero == nullptr) return {};
     const std::size_t terms = climbed.result.model.transfer_function.numerator.size();
     const auto asked = without_coefficient(climbed.structure, key_of(zero->name, terms));
     if (!asked || left_.signatures.contains(signature(*asked))) return {};
-    return fitted(*asked, quick(Search::known), {climbed.result.model});
+    return fits_.fitted(*asked, Search::known, {climbed.result.model}, left_);
   }
 
   void recommend_anew() {
@@ -431,7 +347,7 @@ class Climber {
     std::vector<Model> known = known_;
     known.insert(known.end(), delayed_.begin(), delayed_.end());
     known.push_back(climbed.result.model);
-    if (auto anew = fitted(climbed.structure, quick(Search::known), known)) climbed = std::move(*anew);
+    if (auto anew = fits_.fitted(climbed.structure, Search::known, known, left_)) climbed = std::move(*anew);
   }
 
   void add_profiles(const std::vector<ClimbedModel*>& wanted) {
@@ -446,7 +362,7 @@ class Climber {
       work[k] = profiled.work;
       add(profiled.work, plain.work);
       climbed.result = std::move(profiled);
-      judge_anew(climbed);
+      fits_.judge_anew(climbed);
     });
     for (const WorkByStage& of_one : work) add(left_.work, of_one);
   }
@@ -488,7 +404,7 @@ class Climber {
       const bool is_tested = model.validation && model.validation->tests && model.validation->tests->nonlinearity;
       if (is_tested || !model.verdict || model.verdict->grade != Grade::good) continue;
       fill_validation(climbed.result, prepared_.record, prepared_.rows.comparison, Effects::include);
-      judge_anew(climbed);
+      fits_.judge_anew(climbed);
     }
   }
 
@@ -496,11 +412,11 @@ class Climber {
   const LadderOptions& wanted_;
   const FitOptions& options_;
   const LadderLimits& limits_;
-  const FitStructure& fit_structure_;
+  LadderFits fits_;
   const Executor& executor_;
   Climb climb_;
   std::vector<Model> known_;
-  Left left_;
+  LeftByFits left_;
   std::vector<Model> delayed_;
 };
 
