@@ -142,8 +142,7 @@ std::vector<Wrong> wrong_models() {
   return {
       {"HiddenDelay", with_delay, structures::io(), "residual_input_p", input, Grade::usable, 10},
       {"TwoResonances", two_resonances, structures::io(), "residual_input_p", input, Grade::usable, 10},
-      {"SaturatedSegment", saturated, structures::io(), "saturated_percent", "or the end of the sensor", Grade::usable,
-       10},
+      {"SaturatedSegment", saturated, structures::io(), "saturated_percent", "an end stop", Grade::usable, 10},
       {"DriftingSensor", drifting_by(0.4), structures::io(), "validation_r2_percent", "mostly an offset",
        Grade::rejected, 10},
       {"SlowlyDriftingSensor", drifting_by(0.15), structures::io(), "residual_drift", "wanders", Grade::usable, 8},
@@ -151,7 +150,7 @@ std::vector<Wrong> wrong_models() {
        10},
       {"LimitedInput", limited, structures::io(), "nonlinearity_p", "gain changes with it", Grade::usable, 10},
       {"Play", with_play, structures::io(), "nonlinearity_p", "play, hysteresis or a limited rate", Grade::usable, 10},
-      {"BentSensor", bent_sensor, structures::io(), "nonlinearity_p", "the sensor's may change", Grade::usable, 10},
+      {"BentSensor", bent_sensor, structures::io(), "nonlinearity_p", "the gain of plant or sensor", Grade::usable, 10},
       {"TwoLevels", two_levels, structures::io(), "input_levels",
        "for inputs of +-1.5 V as recorded; no statement about other amplitudes", Grade::usable, 10},
       {"ClosedLoop", closed_loop, structures::io(), "future_input_p", "a controller closes the loop", Grade::usable,
