@@ -183,7 +183,9 @@ std::string RunFollower::last_heard(std::int64_t number) const {
   std::string text = fmt::format("heard last, {:.0f} s ago: experiment {} was {}",
                                  std::chrono::duration<double>(std::chrono::steady_clock::now() - last_at_).count(),
                                  number, entry.at("state") == "over" ? "over" : entry.at("state").get<std::string>());
-  if (entry.at("state") == "waiting" || entry.at("state") == "held") {
+  if (entry.value("only_places", false)) {
+    text += ", and a move whose command is gone is not begun";
+  } else if (entry.at("state") == "waiting" || entry.at("state") == "held") {
     text += fmt::format(" and does not start before {}", through(socket_, fmt::format("eha queue release {}", number)));
   }
   if (const Json& run = last_.at("run"); !run.is_null() && run.at("entry") == number) {

@@ -42,6 +42,22 @@ const IdentifiedModel* asked_about(const Identification& identification) {
   return least;
 }
 
+bool has_zero_or_delay(const ident::Model& model) {
+  return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
+}
+
+/// The closest model with neither a zero nor a dead time, which may stand for the half row alone; null where the one
+/// asked about has none.
+const IdentifiedModel* without_half_row(const Identification& identification, const IdentifiedModel& asked) {
+  if (!has_zero_or_delay(asked.result.model)) return nullptr;
+  const IdentifiedModel* closest = nullptr;
+  for (const IdentifiedModel& m : identification.models) {
+    if (!m.result.model.estimation || has_zero_or_delay(m.result.model) || !is_accepted(m)) continue;
+    if (closest == nullptr || ident::ar_bic(m.result.model) < ident::ar_bic(closest->result.model)) closest = &m;
+  }
+  return closest;
+}
+
 }  // namespace
 
 std::optional<std::string> intersample_advice(const Source& source, const IdentificationTask& task,
@@ -53,18 +69,32 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
   if (movement < kWorthAsking || held == nullptr || task.options.procedure != ident::Procedure::standard) return {};
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
-    std::array<ident::Model, 2> found;
-    thread_executor()(found.size(), [&](std::size_t k) {
-      found[k] = again(source, task, *held, k == 0 ? ident::Intersample::held : ident::Intersample::straight);
+    const IdentifiedModel* simpler = without_half_row(identification, *held);
+    std::array<ident::Model, 3> found;
+    thread_executor()(simpler == nullptr ? 2 : 3, [&](std::size_t k) {
+      found[k] = again(source, task, k == 2 ? *simpler : *held,
+                       k == 0 ? ident::Intersample::held : ident::Intersample::straight);
     });
-    const auto& [steps, lines] = found;
-    if (!ident::is_comparable(lines, steps) || !(ident::ar_bic(lines) < ident::ar_bic(steps) - kClearly)) return {};
+    const auto& [steps, lines, simpler_lines] = found;
+    const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
+    const std::string& unit = source.record.output_channel.unit;
+    std::string gain;
+    if (ident::is_comparable(lines, steps) && ident::ar_bic(lines) < ident::ar_bic(steps) - kClearly) {
+      gain = fmt::format("the error of {} falls from {:.3g} to {:.3g} {} (rms)", held->structure.name, error(steps),
+                         error(lines), unit);
+    } else if (simpler != nullptr && ident::is_comparable(simpler_lines, steps) &&
+               ident::ar_bic(simpler_lines) < ident::ar_bic(steps)) {
+      gain = fmt::format(
+          "{} errs by {:.3g} {} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
+          "for "
+          "half a row alone",
+          simpler->structure.name, error(simpler_lines), unit, held->structure.name, error(steps));
+    }
+    if (gain.empty()) return {};
     return fmt::format(
         "within half a row the input moves by {:.2g} % of its spread, and it was taken as held between the rows: taken "
-        "as straight lines, the error of {} falls from {:.3g} to {:.3g} {} (rms); if it is a signal that was sampled "
-        "and not the staircase of a controller: `{}`",
-        100.0 * movement, held->structure.name, std::sqrt(steps.estimation->score.mse),
-        std::sqrt(lines.estimation->score.mse), source.record.output_channel.unit, command);
+        "as straight lines, {}; if it is a signal that was sampled and not the staircase of a controller: `{}`",
+        100.0 * movement, gain, command);
   } catch (const DataError&) {
     return {};
   }

@@ -33,6 +33,7 @@ constexpr double kGreatestSafeSpeed_in_per_s = 0.3;
 constexpr double kGreatestDeadBandShare = 0.3;    ///< of half the command range
 constexpr double kGreatestFollowingShare = 0.05;  ///< of the travel
 constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
+constexpr double kGreatestSpeedAtNull_in_per_s = 1.0;
 constexpr double kLongestPressureDelay_s = 3.0;
 constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
 constexpr double kLongestTick_s = 0.05;   ///< reaction time of every check
@@ -70,6 +71,13 @@ void judge_following(const config::RigLimits& limits, double half_range_V, doubl
         fmt::format("following.dead_band_V = {:g} V: if the valve had none, the rod would move at {:.2g} in/s before a "
                     "dead sensor shows; measure it (eha characterise) and take its lines with measured_check",
                     following.dead_band_V, speed));
+  }
+  if (const double speed = greatest_gain(following) * (std::abs(following.null_V) - following.dead_band_V);
+      speed > kGreatestSpeedAtNull_in_per_s && !is_as_measured) {
+    refusals.push_back(
+        fmt::format("following.null_V = {:g} V: if the valve's null were 0 V, the rod would move at {:.2g} in/s while "
+                    "the pressure builds up; measure it (eha characterise) and take its lines with measured_check",
+                    following.null_V, speed));
   }
   if (const double most = kGreatestFollowingShare * travel_in; following.limit_in > most) {
     refusals.push_back(

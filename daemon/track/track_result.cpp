@@ -57,7 +57,8 @@ std::vector<double> means(const std::vector<double>& values, std::size_t width) 
 
 constexpr double kSpeed_s = 0.1;  // rows over which speeds are differences
 constexpr double kMoving_in_per_s = 0.03;
-constexpr double kChangeShare = 0.07;  // of a gain
+constexpr Eigen::Index kFewestRowsAWay = 5;  // in motion
+constexpr double kChangeShare = 0.07;        // of a gain
 constexpr const char* kGainUnit = "in/(V s)";
 
 SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double tick_s) {
@@ -80,7 +81,9 @@ SeenValve valve_of(const TrackRows& rows, const std::vector<double>& rod, double
     for (Eigen::Index j = 0; j < 5; ++j) a(i, j) = row[static_cast<std::size_t>(j)];
     u[i] = row[5];
   }
-  if (a.rows() < 10) return {};
+  // A trial that ended early moved one way alone, or not at all: that tells no gain of the other.
+  const auto both_ways = std::min((a.col(2).array() > 0.0).count(), (a.col(3).array() < 0.0).count());
+  if (both_ways < kFewestRowsAWay) return {};
   const Eigen::VectorXd x = a.colPivHouseholderQr().solve(u);
   return {x[0], x[1], 1.0 / x[2], 1.0 / x[3]};
 }

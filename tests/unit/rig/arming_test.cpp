@@ -158,6 +158,11 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
        },
        ""},
       {[](Following& f) {
+         f.null_V = -2.0;
+         f.gain_positive_in_per_V_s = 0.6;
+       },
+       "following.null_V = -2 V: if the valve's null were 0 V, the rod would move at"},
+      {[](Following& f) {
          f.dead_band_V = 0.2;
          f.gain_positive_in_per_V_s = 0.6;
          f.dead_band_uncertainty_V = 0.02;
