@@ -7,6 +7,8 @@
 
 namespace eha {
 
+inline constexpr double kMillimetresPerInch = 25.4;
+
 /// The key of a quantity with millimetres in place of inches.
 struct MillimetreKey {
   std::string name;     ///< "travel_min_mm", "gain_V_per_mm"
@@ -15,7 +17,6 @@ struct MillimetreKey {
 
 /// Returns the key for a key with inches among its words, such as "travel_min_in" or "scale_in_per_V"; none for others.
 [[nodiscard]] inline std::optional<MillimetreKey> millimetre_key(std::string_view key) {
-  constexpr double kMillimetresPerInch = 25.4;
   for (std::size_t at = key.find("in"); at != std::string_view::npos; at = key.find("in", at + 1)) {
     const bool begins = at > 0 && key[at - 1] == '_';
     const bool ends = at + 2 == key.size() || key[at + 2] == '_';

@@ -25,8 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kListEnding = ".list";
-constexpr std::array<std::string_view, 10> kRecordEndings{".csv", ".txt", ".tsv", ".dat",  ".mat",
-                                                          ".h5",  ".lvm", ".asc", ".xlsx", ".hdf5"};
+constexpr std::array<std::string_view, 10> kRecordEndings{".csv", ".txt",  ".tsv", ".dat", ".lvm",
+                                                          ".asc", ".xlsx", ".mat", ".h5",  ".hdf5"};
 constexpr std::size_t kLongestName = 40;
 
 bool is_record_file(const fs::path& path) {

@@ -17,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/millimetre_key.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
@@ -65,7 +66,6 @@ struct CalibrateCommand {
 
 constexpr int kReadings = 50;
 constexpr auto kBetweenReadings = std::chrono::milliseconds(20);
-constexpr double kMillimetresPerInch = 25.4;
 
 /// Reads the sensor's voltage [V].
 using VoltageReader = std::function<double()>;

@@ -104,10 +104,13 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   sheet::RunSheet run;
   try {
     run = sheet::sheet_of_run(folder);
-  } catch (const DataError& error) {
-    const bool is_of_ticks = std::string_view(error.what()).find("not measured") != std::string_view::npos;
+  } catch (const sheet::RowsMissing& error) {
     console.error(error.what());
-    console.next_step(is_of_ticks ? "eha doctor" : "eha plot " + shell_word(folder.string()));
+    console.next_step("eha doctor");
+    return error.exit_code();
+  } catch (const DataError& error) {
+    console.error(error.what());
+    console.next_step("eha plot " + shell_word(folder.string()));
     return error.exit_code();
   }
   const DisplayUnit unit = console.unit(run.rig.units);

@@ -239,31 +239,13 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   return out;
 }
 
-/// Whether a model was estimated on this record.
-bool is_of_record(const ident::Model& model, const identify::Source& source) {
-  const auto record = model.provenance.find("record");
-  if (record == model.provenance.end() || record->second.empty()) return false;
-  const std::filesystem::path named = source.run_folder ? *source.run_folder : std::filesystem::path(source.name);
-  std::error_code ignored;
-  return record->second == named || std::filesystem::equivalent(record->second, named, ignored);
-}
-
-/// Whether both were estimated on one record, so that they are two descriptions of one plant.
-bool are_of_one_record(const ident::Model& a, const ident::Model& b) {
-  const auto record_a = a.provenance.find("record");
-  const auto record_b = b.provenance.find("record");
-  if (record_a == a.provenance.end() || record_b == b.provenance.end() || record_a->second.empty()) return false;
-  std::error_code ignored;
-  return record_a->second == record_b->second ||
-         std::filesystem::equivalent(record_a->second, record_b->second, ignored);
-}
-
 /// A model estimated on the record that scores it is of its plant, however badly it describes it.
 std::vector<identify::ScoredModel> without_own_record(std::vector<identify::ScoredModel> scored,
                                                       const std::vector<ident::Model>& models,
                                                       const identify::Source& source) {
+  const std::string record = source.run_folder ? source.run_folder->string() : source.name;
   for (std::size_t i = 0; i < scored.size(); ++i) {
-    if (!is_of_record(models[i], source)) continue;
+    if (!is_one_record(record_of(models[i]), record)) continue;
     scored[i].of_another_plant = false;
     scored[i].cannot_tell.clear();
   }
@@ -351,15 +333,15 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     out.models.emplace_back(titles[i], &models[i]);
     out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
-    const bool is_one_record = are_of_one_record(models.front(), models[i]);
-    const Shows shows = is_one_record ? Shows::difference : Shows::change;
+    const bool are_of_one_record = is_one_record(record_of(models.front()), record_of(models[i]));
+    const Shows shows = are_of_one_record ? Shows::difference : Shows::change;
     add_changes(out.findings.sentences, titles[i], change, models[i], shows);
-    if (is_one_record) {
+    if (are_of_one_record) {
       out.findings.sentences.push_back(titles[i] +
                                        ": of the same record as the first, so it describes the same plant.");
     }
     out.text += fmt::format("{} and {}: {}{}\n", files.front(), files[i],
-                            is_one_record ? "two models of one record, so of one plant; " : "",
+                            are_of_one_record ? "two models of one record, so of one plant; " : "",
                             change.parameters.empty() ? "no parameter of both is estimated"
                             : change.changed          ? "the parameters differ"
                                                       : "no difference found");

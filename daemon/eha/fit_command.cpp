@@ -18,6 +18,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/import_options.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -139,12 +140,12 @@ void require_own_folder(const FitCommand& command, const Source& source) {
     if (file.path().extension() != ".json" || !file.is_regular_file(ignored)) continue;
     try {
       const ident::Model model = ident::model_from_text(os::read_file(file.path()), file.path().string());
-      const auto record = model.provenance.find("record");
-      if (record == model.provenance.end() || record->second == source.name) continue;
+      const std::string record = record_of(model);
+      if (record.empty() || record == source.name) continue;
       throw UsageError(
           fmt::format("-o {}: {} there is a model of another record, {}, and a report would take both for models of "
                       "one; name another folder with -o",
-                      command.output->string(), file.path().filename().string(), record->second));
+                      command.output->string(), file.path().filename().string(), record));
     } catch (const UsageError&) {
       throw;
     } catch (const Error&) {

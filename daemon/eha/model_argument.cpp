@@ -47,6 +47,16 @@ std::string rig_units_of_model(const std::string& file) {
   return {};
 }
 
+std::string record_of(const ident::Model& model) {
+  const auto record = model.provenance.find("record");
+  return record == model.provenance.end() ? std::string() : record->second;
+}
+
+bool is_one_record(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return !a.empty() && (a == b || std::filesystem::equivalent(a, b, ignored));
+}
+
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console) {
   if (!source.run_folder) return;
   std::error_code ignored;

@@ -16,6 +16,12 @@ namespace eha::cli {
 /// Returns the units of the rig file of the run that contains a model file; empty if no run contains it.
 [[nodiscard]] std::string rig_units_of_model(const std::string& file);
 
+/// The record that a model was estimated on, as its file names it; empty without one.
+[[nodiscard]] std::string record_of(const ident::Model& model);
+
+/// Whether two names are of one record: a file, or the folder of a run. False for an empty name.
+[[nodiscard]] bool is_one_record(const std::string& a, const std::string& b);
+
 /// Warns if a model was estimated from the same run that it is now judged by: that says nothing about the rig of today.
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console);
 

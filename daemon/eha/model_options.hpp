@@ -30,8 +30,8 @@ void add_record_options(CLI::App& app, RecordOptions& record);
 
 /// Options on the models to fit.
 struct ModelOptions {
-  std::vector<std::string> families =
-      {};  ///< --model, in order, of model_names(); without --structure too: the experiment's
+  /// --model, in order, of model_names(); without --structure too: the experiment's
+  std::vector<std::string> families = {};
   std::vector<std::string> structure_files = {};  ///< --structure, in order
   std::optional<int> poles = {};
   std::optional<int> zeros = {};

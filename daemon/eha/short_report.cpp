@@ -199,6 +199,24 @@ Answer shown_answer(Answer answer, const DisplayUnit& unit) {
   return answer;
 }
 
+/// Names accepted models that err clearly more than the recommended one: no check rejects them, yet others that a check
+/// rejects may err less.
+std::string worse_than_recommended(const std::vector<Model>& models, const std::string& recommended) {
+  const auto chosen = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.name == recommended; });
+  const std::optional<double> least = chosen == models.end() ? std::nullopt : largest_error(*chosen);
+  if (!least || !(*least > 0.0)) return {};
+  std::string text;
+  for (const Model& model : models) {
+    const std::optional<double> error = largest_error(model);
+    if (!model.verdict || !model.verdict->accepted || !error || !(*error > ident::kAsWell * *least)) continue;
+    text += fmt::format("{}{} {:.2g}", text.empty() ? "" : ", ", model.name, *error / *least);
+  }
+  if (text.empty()) return {};
+  const std::string sentence =
+      fmt::format("no check rejects these, but they err more than {}, by these factors: {}.", recommended, text);
+  return wrapped(sentence, 0) + "\n";
+}
+
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t indent) {
@@ -297,29 +315,6 @@ std::string words_of_rejected(const std::vector<Model>& models) {
   for (const auto& [word, count] : counts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, word);
   return text;
 }
-
-namespace {
-
-/// Names accepted models that err clearly more than the recommended one: no check rejects them, yet others that a check
-/// rejects may err less.
-std::string worse_than_recommended(const std::vector<Model>& models, const std::string& recommended) {
-  constexpr double kClearly = 1.5;
-  const auto chosen = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.name == recommended; });
-  const std::optional<double> least = chosen == models.end() ? std::nullopt : largest_error(*chosen);
-  if (!least || !(*least > 0.0)) return {};
-  std::string text;
-  for (const Model& model : models) {
-    const std::optional<double> error = largest_error(model);
-    if (!model.verdict || !model.verdict->accepted || !error || !(*error > kClearly * *least)) continue;
-    text += fmt::format("{}{} {:.2g}", text.empty() ? "" : ", ", model.name, *error / *least);
-  }
-  if (text.empty()) return {};
-  const std::string sentence =
-      fmt::format("no check rejects these, but they err more than {}, by these factors: {}.", recommended, text);
-  return wrapped(sentence, 0) + "\n";
-}
-
-}  // namespace
 
 std::string recommendation_text(const Answer& given, const DisplayUnit& unit) {
   return ident::sentence(shown_answer(given, unit).recommendation);

@@ -33,6 +33,7 @@
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
@@ -129,8 +130,7 @@ std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& m
   for (int level = 0; level < 3 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
     if (record::is_run_folder(folder)) return folder;
   }
-  const auto record = model.provenance.find("record");
-  if (record != model.provenance.end() && record::is_run_folder(record->second)) return record->second;
+  if (std::string record = record_of(model); record::is_run_folder(record)) return record;
   return std::nullopt;
 }
 
@@ -239,13 +239,12 @@ std::string why_not_of(const TuneCommand& command, const ident::Model& model, co
 
 /// The commands that tune a model on a twin of its own record.
 std::string twin_of_record(const TuneCommand& command, const ident::Model& model) {
-  const auto record = model.provenance.find("record");
-  const bool has_record = record != model.provenance.end() && !record->second.empty();
+  const std::string record = record_of(model);
   const std::string rig = command.rig_file ? " --rig " + shell_word(*command.rig_file) : "";
   return fmt::format(
       "`eha replay {}{} --calibrate valve_rated_flow_L_per_min valve_null_offset_V valve_dead_band_V --twin twin.toml` "
       "fits a simulated rig to that record; then `eha tune {}{} --twin twin.toml`",
-      has_record ? shell_word(record->second) : "RECORD", rig, shell_word(command.model_file), rig);
+      record.empty() ? "RECORD" : shell_word(record), rig, shell_word(command.model_file), rig);
 }
 
 /// What a promise is of, for the first lines of the answer: the plant, and what of model and plant does not agree.
@@ -334,7 +333,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                                 command.kind && !plant.empty() ? "; without --kind the kinds that do are tried" : ""));
   }
 
-  const auto record = model.provenance.find("record");
+  const std::string record = record_of(model);
   tuned.remarks.insert(tuned.remarks.begin(), plant.begin(), plant.end());
   config::ControllerProvenance provenance{
       .model = record::resolved_path(command.model_file).string(),
@@ -343,7 +342,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       .rig_file = rig_file.string(),
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
       .twin = command.twin_file ? record::resolved_path(*command.twin_file).string() : inputs.twin,
-      .run = record != model.provenance.end() && !record->second.empty() ? record->second : "unknown",
+      .run = record.empty() ? "unknown" : record,
       .sheet = command.sheet_run ? record::resolved_path(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   const config::ControllerConfig controller =

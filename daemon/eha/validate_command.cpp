@@ -139,10 +139,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     // The record has a model of its own, or should have one.
     const std::string fit = "eha fit " + shell_word(command.source);
-    const auto record = model.provenance.find("record");
-    const bool has_run = record != model.provenance.end() && record::is_run_folder(record->second);
+    const std::string record = record_of(model);
+    const bool has_run = record::is_run_folder(record);
     if (scored_here.of_another_plant && source.run_folder && has_run) {
-      console.next_step(fmt::format("eha compare {} {}", shell_word(record->second), shell_word(command.source)));
+      console.next_step(fmt::format("eha compare {} {}", shell_word(record), shell_word(command.source)));
     } else if (source.run_folder) {
       console.next_step(report_of_run(*source.run_folder, fit));
     }

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "daemon/replay/replay.hpp"
 #include "daemon/replay/twin_parameter.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
@@ -160,7 +161,7 @@ std::vector<Coordinate> coordinates_for(const hal::SimOptions& start, const std:
     }
     coordinates.push_back(std::move(c));
   }
-  coordinates.push_back({kFirstPosition, 0.0, start.stroke_mm / 25.4, 1.0});
+  coordinates.push_back({kFirstPosition, 0.0, start.stroke_mm / kMillimetresPerInch, 1.0});
   return coordinates;
 }
 

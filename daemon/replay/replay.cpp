@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "hal/sim/cylinder.hpp"
 #include "hal/sim/sim_rig.hpp"
 
@@ -16,7 +17,6 @@ namespace eha::replay {
 namespace {
 
 constexpr double kMetrePerInch = 0.0254;
-constexpr double kMillimetrePerInch = 25.4;
 constexpr double kNanoseconds = 1e9;
 
 }  // namespace
@@ -61,11 +61,11 @@ Eigen::VectorXd measured_in(const ident::Record& record) {
     throw DataError(fmt::format("the record is in \"{}\" and \"{}\"; the simulated rig takes V and gives in or mm",
                                 record.input_channel.unit, unit));
   }
-  return unit == "in" ? record.output : Eigen::VectorXd(record.output / kMillimetrePerInch);
+  return unit == "in" ? record.output : Eigen::VectorXd(record.output / kMillimetresPerInch);
 }
 
 hal::SimOptions starting_at(hal::SimOptions options, double displacement_in) {
-  options.initial_displacement_in = std::clamp(displacement_in, 0.0, options.stroke_mm / kMillimetrePerInch);
+  options.initial_displacement_in = std::clamp(displacement_in, 0.0, options.stroke_mm / kMillimetresPerInch);
   return options;
 }
 

@@ -11,14 +11,10 @@
 #include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::sheet {
-namespace {
-
-constexpr double kMillimetresPerInch = 25.4;
-
-}  // namespace
 
 RunSheet sheet_of_run(const std::filesystem::path& folder) {
   const record::LoadedRun run = record::read_run(folder);
@@ -31,7 +27,7 @@ RunSheet sheet_of_run(const std::filesystem::path& folder) {
   }
   if (100 * run.interpolated_rows > static_cast<std::size_t>(run.record.output.size())) {
     const auto rows = static_cast<double>(run.record.output.size());
-    throw DataError(fmt::format(
+    throw RowsMissing(fmt::format(
         "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most 1 % may be: the computer did "
         "not keep the ticks, or the sensor did not deliver. Repeating the run alone does not mend that: `eha "
         "doctor` and `eha latency` say what keeps the computer busy",
@@ -113,8 +109,8 @@ std::string experiment_lines(const RunSheet& run) {
       "displacement_{} = {:.{}f}  # the middle of the travel\n"
       "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it\n"
       "# with these numbers and names the one at which the rod does not drift.\n",
-      is_metric ? "mm" : "in", 0.5 * (is_metric ? 25.4 : 1.0) * (limits.travel_min_in + limits.travel_max_in),
-      is_metric ? 1 : 3);
+      is_metric ? "mm" : "in",
+      0.5 * (is_metric ? kMillimetresPerInch : 1.0) * (limits.travel_min_in + limits.travel_max_in), is_metric ? 1 : 3);
 }
 
 }  // namespace eha::sheet

@@ -8,6 +8,7 @@
 
 #include "config/rig_config.hpp"
 #include "core/display_unit.hpp"
+#include "core/error.hpp"
 #include "ident/valve/valve_sheet.hpp"
 
 namespace eha::sheet {
@@ -23,8 +24,15 @@ struct RunSheet {
   ident::ValveSheet sheet;
 };
 
+/// Too many rows of a run were not measured: playing it again alone does not mend that.
+class RowsMissing : public DataError {
+ public:
+  using DataError::DataError;
+};
+
 /// Computes the sheet of a run of [characterise].
-/// @throws DataError  another run, one that did not complete, or one whose motion does not tell the valve
+/// @throws DataError  another run, one that did not complete, or one whose motion does not tell the valve; as
+///                    RowsMissing, more than 1 % of its rows were not measured
 /// @throws IoError, PermissionError  as record::read_run
 [[nodiscard]] RunSheet sheet_of_run(const std::filesystem::path& folder);
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "daemon/replay/replay.hpp"
 #include "hal/sim/sim_options.hpp"
 #include "ident/excitation/portable_draw.hpp"
@@ -55,7 +56,7 @@ ident::Record rig_record(std::uint64_t seed, double friction) {
     options.coulomb_friction_N *= dry;
     options.static_friction_N *= dry;
     ident::Record record = replay::recorded(options, volts, kStep_s, options.seed);
-    const double end_in = options.stroke_mm / 25.4 - kEndMargin_in;
+    const double end_in = options.stroke_mm / kMillimetresPerInch - kEndMargin_in;
     if (record.output.minCoeff() > kEndMargin_in && record.output.maxCoeff() < end_in) return record;
   }
   throw DataError("study: every drawn rig reaches an end stop");

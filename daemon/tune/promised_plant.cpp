@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/millimetre_key.hpp"
+
 namespace eha::tune {
 
 std::optional<double> gain_mismatch(const TuneInputs& inputs) {
@@ -32,14 +34,14 @@ std::string why_another_plant(const TuneInputs& inputs) {
   }
   const auto ratio = gain_mismatch(inputs);
   if (!ratio) return text;
-  constexpr double kMillimetres = 25.4;
   constexpr double kNear = 0.1;
   const auto is_near = [](double value, double factor) { return std::abs(value / factor - 1.0) < kNear; };
   const double factor = inputs.task.unit.factor("in");
   text += fmt::format("{}the model moves the rod {:.3g} {}/s for each volt, {} {:.3g}: {:.2g} times that",
                       text.empty() ? "" : "; ", factor * inputs.model_gain_in_per_V_s, inputs.task.unit.of("in"),
                       inputs.rig_gain_of, factor * *inputs.rig_gain_in_per_V_s, *ratio);
-  if (is_near(*ratio, kMillimetres) || is_near(*ratio, 1.0 / kMillimetres)) text += ", as with mm taken for inches";
+  if (is_near(*ratio, kMillimetresPerInch) || is_near(*ratio, 1.0 / kMillimetresPerInch))
+    text += ", as with mm taken for inches";
   return text;
 }
 

@@ -10,6 +10,7 @@
 #include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/validation/output_unit.hpp"
 
@@ -126,7 +127,7 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
     base.command_min_V = conversion.command_min_V;
     base.command_max_V = conversion.command_max_V;
     base.resolution_bits = bits;
-    base.stroke_mm = std::max(base.stroke_mm, 25.4 * (axis.highest + std::max(0.0, axis.lowest)));
+    base.stroke_mm = std::max(base.stroke_mm, kMillimetresPerInch * (axis.highest + std::max(0.0, axis.lowest)));
     inputs.task.twin = estimated_twin(inputs.plant, base);
     inputs.task.spread = spread_about_estimated(inputs.plant.valve);
     inputs.twin = "estimated from model and valve";

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "core/millimetre_key.hpp"
+
 namespace eha::hal {
 namespace {
 
@@ -64,7 +66,7 @@ std::vector<OptionIssue> check(const SimOptions& o) {
   c.positive("rod_mm", o.rod_mm);
   if (o.rod_mm > 0.0) c.below("rod_mm", o.rod_mm, "bore_mm", o.bore_mm);
   c.positive("stroke_mm", o.stroke_mm);
-  if (!(o.initial_displacement_in >= 0.0 && o.initial_displacement_in * 25.4 <= o.stroke_mm)) {
+  if (!(o.initial_displacement_in >= 0.0 && o.initial_displacement_in * kMillimetresPerInch <= o.stroke_mm)) {
     c.issue("initial_displacement_in", "from 0 to the stroke", o.initial_displacement_in);
   }
   c.positive("cap_dead_volume_cm3", o.cap_dead_volume_cm3);

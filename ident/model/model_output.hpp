@@ -39,7 +39,8 @@ class OutputOnRecord {
   /// Cost without a map: O(L log L) at the first call, then that of the compared rows; with a map O(L log L) a call.
   [[nodiscard]] ModelOutput of(const Model& model);
 
-  /// The response of a transfer function that does not grow to a signal as long as the record, from rest.
+  /// The response of a transfer function that does not grow to a signal as long as the record, from rest: at the rows
+  /// of the comparison, filtered like the data. Cost O(L log L).
   [[nodiscard]] Eigen::VectorXd response(const TransferFunction& g, const Eigen::Ref<const Eigen::VectorXd>& signal);
 
  private:

@@ -136,24 +136,18 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
     std::function<void(Following&)> make;
     const char* refused;
   };
+  const auto widen = [](Following& f, std::optional<double> uncertainty_V) {
+    f.dead_band_V = 1.2;
+    f.gain_positive_in_per_V_s = 0.6;
+    f.dead_band_uncertainty_V = uncertainty_V;
+  };
   const std::vector<Slip> slips{
       {[](Following& f) { f.dead_band_V = 3.0; }, "following.dead_band_V = 3 V is more than 30 %"},
       {[](Following& f) { f.dead_band_V = 1.5; }, ""},
-      {[](Following& f) {
-         f.dead_band_V = 1.2;
-         f.gain_positive_in_per_V_s = 0.6;
-       },
-       "if the valve had none, the rod would move at 1.4 in/s"},
-      {[](Following& f) {
-         f.dead_band_V = 1.2;
-         f.gain_positive_in_per_V_s = 0.6;
-         f.dead_band_uncertainty_V = 0.02;
-       },
-       "if the valve had none, the rod would move at 1.4 in/s"},
-      {[](Following& f) {
-         f.dead_band_V = 1.2;
-         f.gain_positive_in_per_V_s = 0.6;
-         f.dead_band_uncertainty_V = 0.02;
+      {[&](Following& f) { widen(f, {}); }, "if the valve had none, the rod would move at 1.4 in/s"},
+      {[&](Following& f) { widen(f, 0.02); }, "if the valve had none, the rod would move at 1.4 in/s"},
+      {[&](Following& f) {
+         widen(f, 0.02);
          f.measured_check = config::measured_check_of(f);
        },
        ""},
@@ -162,10 +156,9 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
          f.gain_positive_in_per_V_s = 0.6;
        },
        "following.null_V = -2 V: if the valve's null were 0 V, the rod would move at"},
-      {[](Following& f) {
+      {[&](Following& f) {
+         widen(f, 0.02);
          f.dead_band_V = 0.2;
-         f.gain_positive_in_per_V_s = 0.6;
-         f.dead_band_uncertainty_V = 0.02;
          f.measured_check = config::measured_check_of(f);
          f.dead_band_V = 1.2;
        },
