@@ -68,7 +68,7 @@ class DefaultFit {
 
   FitResult run(Reported what) {
     if (options_.search == Search::nearest) {
-      if (auto near = nearest()) return report(with_bias_named_if_integrating(std::move(*near)), what);
+      if (const auto near = nearest()) return report(with_bias_named_if_integrating(*near), what);
     }
     std::vector<LocalOptimum> optima;
     const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
@@ -84,7 +84,7 @@ class DefaultFit {
     if (optima.empty()) throw_no_stable_model();
     LocalOptimum chosen = no_worse_than_known(optima, choose(optima, scale_.duration_s));
     chosen = with_terms_revived(std::move(chosen));
-    chosen = with_bias_named_if_integrating(std::move(chosen));
+    chosen = with_bias_named_if_integrating(chosen);
     chosen = followed_to_its_end(std::move(chosen));
     if (auto refined = with_noise_model(compared_, chosen, most_cost_inside(chosen), work_["noise"])) {
       chosen = std::move(*refined);
@@ -372,7 +372,7 @@ class DefaultFit {
     return chosen;
   }
 
-  [[nodiscard]] LocalOptimum with_bias_named_if_integrating(LocalOptimum chosen) {
+  [[nodiscard]] LocalOptimum with_bias_named_if_integrating(const LocalOptimum& chosen) {
     const bool integrates = chosen.variant.linear.first_state < 0 && looks_integrating(chosen, scale_.duration_s);
     return integrates ? with_bias_named(chosen) : chosen;
   }
