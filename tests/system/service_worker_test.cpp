@@ -79,7 +79,11 @@ TEST(ServiceWorker, HoldsNoDescriptorOfTheServiceAndIsOutOfTheWay) {
   const auto descriptors_of = [](pid_t pid) {
     std::vector<std::string> targets;
     for (const auto& descriptor : fs::directory_iterator(fs::path("/proc") / std::to_string(pid) / "fd")) {
-      targets.push_back(fs::read_symlink(descriptor.path()).string());
+      std::error_code closed_meanwhile;
+      const fs::path target = fs::read_symlink(descriptor.path(), closed_meanwhile);
+      if (!closed_meanwhile) {
+        targets.push_back(target.string());
+      }
     }
     return targets;
   };
