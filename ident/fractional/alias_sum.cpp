@@ -13,13 +13,13 @@ namespace {
 using std::numbers::pi;
 using Complex = std::complex<double>;
 
-// Node counts follow from the distance of the nearest singularity, the origin at theta = -2 pi k, on the interval
-// [-pi, pi]: the error falls as (2k + sqrt(4k^2 - 1))^-nodes, below 3e-13 for each group.
-constexpr std::size_t kFirstNodes = AliasSum::kTerms;
-constexpr std::size_t kFurtherNodes = 14;
-constexpr std::size_t kTailNodes = 8;
 constexpr std::size_t kFurtherAliases = AliasSum::kExplicitAliases - 1;
 constexpr double kTailStart = AliasSum::kExplicitAliases + 0.5;
+constexpr std::size_t kFewestNodes = 4;
+constexpr std::size_t kSpareNodes = 2;  // whose coefficients show whether the nodes resolve the aliases
+
+// At kFullAccuracy; fewer points serve a lower one.
+constexpr double kFullAccuracy = 3e-13;
 constexpr std::size_t kGaussNodes = 14;
 
 // exp-sinh quadrature of the tail's main integral: r = |p_c| exp(pi/2 sinh t). ln r stays below 50 so that no power
@@ -35,7 +35,7 @@ struct Rule {
 
 /// Gauss rule for the weight 1/(2 cosh(pi y)) on [0, inf), by Stieltjes' procedure on a fine discretisation
 /// (Gautschi, Orthogonal Polynomials, sec. 2.2) and the eigenvalues of the Jacobi matrix.
-Rule gauss_rule() {
+Rule gauss_rule(std::size_t nodes) {
   std::vector<double> y;
   std::vector<double> w;
   for (double t = -3.8; t <= 3.2; t += 0.01) {
@@ -43,7 +43,7 @@ Rule gauss_rule() {
     y.push_back(value);
     w.push_back(0.01 * value * (1.0 + std::exp(-t)) / (2.0 * std::cosh(pi * value)));
   }
-  const auto n = static_cast<Eigen::Index>(kGaussNodes);
+  const auto n = static_cast<Eigen::Index>(nodes);
   const Eigen::Map<const Eigen::ArrayXd> x(y.data(), static_cast<Eigen::Index>(y.size()));
   const Eigen::Map<const Eigen::ArrayXd> mass(w.data(), static_cast<Eigen::Index>(w.size()));
   Eigen::VectorXd diagonal(n);
@@ -72,76 +72,89 @@ double chebyshev_angle(std::size_t m, std::size_t nodes) {
   return pi * (static_cast<double>(m) + 0.5) / static_cast<double>(nodes);
 }
 
+/// Number of nodes on [-band, band] that aliases from alias `k` on need: the error falls as (c + sqrt(c^2 - 1))^-nodes,
+/// c the distance of the nearest singularity, the origin, over `band`.
+std::size_t nodes_for(double k, double band, double accuracy) {
+  const double c = 2.0 * pi * k / band;
+  const auto nodes = static_cast<std::size_t>(std::lround(-std::log(accuracy) / std::acosh(c)));
+  return std::max(kFewestNodes, nodes);
+}
+
 /// The matrix that maps values at Chebyshev nodes to coefficients.
-template <std::size_t Nodes>
-const Eigen::MatrixXd& chebyshev_transform() {
-  static const Eigen::MatrixXd transform = Eigen::MatrixXd::NullaryExpr(
-      static_cast<Eigen::Index>(Nodes), static_cast<Eigen::Index>(Nodes), [](Eigen::Index n, Eigen::Index m) {
-        return (n == 0 ? 1.0 : 2.0) / static_cast<double>(Nodes) *
-               std::cos(static_cast<double>(n) * chebyshev_angle(static_cast<std::size_t>(m), Nodes));
-      });
-  return transform;
+Eigen::MatrixXd chebyshev_transform(std::size_t nodes) {
+  const auto size = static_cast<Eigen::Index>(nodes);
+  return Eigen::MatrixXd::NullaryExpr(size, size, [nodes](Eigen::Index n, Eigen::Index m) {
+    return (n == 0 ? 1.0 : 2.0) / static_cast<double>(nodes) *
+           std::cos(static_cast<double>(n) * chebyshev_angle(static_cast<std::size_t>(m), nodes));
+  });
 }
 
-/// Adds the Chebyshev coefficients of the values at the nodes to a.
-template <std::size_t Nodes>
-void add_coefficients(const Eigen::Vector<Complex, Nodes>& values, Eigen::VectorXcd& a) {
-  a.head<Nodes>().noalias() += chebyshev_transform<Nodes>() * values;
-}
-
-template <std::size_t Used>
 double last_coefficients(const Eigen::VectorXcd& a) {
-  return a.segment<3>(Used - 3).cwiseAbs().maxCoeff();
+  return a.tail(static_cast<Eigen::Index>(kSpareNodes)).cwiseAbs().maxCoeff();
 }
 
 }  // namespace
 
-AliasSum::Side AliasSum::make_side(double sigma, double step_s, double direction) const {
-  static const Rule gauss = gauss_rule();
+AliasSum::AliasSum(double sigma, double step_s, double band, double accuracy)
+    : first_(chebyshev_transform(nodes_for(1.0, band, accuracy) + kSpareNodes)),
+      further_(chebyshev_transform(nodes_for(2.0, band, accuracy) + kSpareNodes)),
+      tail_(chebyshev_transform(nodes_for(kTailStart, band, accuracy))),
+      right_(make_side(sigma, step_s, band, accuracy, 1.0)),
+      left_(make_side(sigma, step_s, band, accuracy, -1.0)) {}
+
+AliasSum::Side AliasSum::make_side(double sigma, double step_s, double band, double accuracy, double direction) const {
+  const double share = std::log(accuracy) / std::log(kFullAccuracy);  // of the points of full accuracy
+  const Rule gauss = gauss_rule(static_cast<std::size_t>(std::lround(share * static_cast<double>(kGaussNodes))));
+  const double quadrature_step = kQuadratureStep / share;
   Side side;
-  const auto add = [&](Complex node, Complex offset, Complex weight) {
-    const Complex p = node + offset;
-    side.points.add(p.real() / step_s, p.imag() / step_s);
-    side.nodes.push_back({offset, weight / p});
+  struct Point {
+    Complex offset;
+    Complex weight;
   };
-  const auto node = [&](std::size_t m, std::size_t nodes) {
-    return Complex(sigma, pi * std::cos(chebyshev_angle(m, nodes)));
-  };
-  for (std::size_t m = 0; m < kFirstNodes; ++m) add(node(m, kFirstNodes), Complex(0.0, 2.0 * pi), 1.0);
-  for (std::size_t m = 0; m < kFurtherNodes; ++m) {
-    for (std::size_t k = 0; k < kFurtherAliases; ++k) {
-      add(node(m, kFurtherNodes), Complex(0.0, 2.0 * pi * static_cast<double>(k + 2)), 1.0);
+  // A group's points serve each of its nodes.
+  const auto add_group = [&](const Eigen::MatrixXd& transform, const std::vector<Point>& points) {
+    const auto nodes = static_cast<std::size_t>(transform.cols());
+    const std::size_t first = side.offsets.size();
+    for (const Point& point : points) side.offsets.push_back(point.offset);
+    for (std::size_t m = 0; m < nodes; ++m) {
+      const Complex node(sigma, band * std::cos(chebyshev_angle(m, nodes)));
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const Complex p = node + points[k].offset;
+        side.points.add(p.real() / step_s, p.imag() / step_s);
+        side.nodes.push_back({first + k, points[k].weight / p});
+      }
     }
-  }
+  };
+  const auto turns = [](double k) { return Complex(0.0, 2.0 * pi * k); };
+  add_group(first_, {{turns(1.0), 1.0}});
+  std::vector<Point> further;
+  for (std::size_t k = 0; k < kFurtherAliases; ++k) further.push_back({turns(static_cast<double>(k + 2)), 1.0});
+  add_group(further_, further);
+  std::vector<Point> tail;
   const Complex i(0.0, 1.0);
-  for (std::size_t m = 0; m < kTailNodes; ++m) {
-    const Complex at = node(m, kTailNodes);
-    const Complex start(0.0, 2.0 * pi * kTailStart);
-    for (double t = kQuadratureFirst; t <= kQuadratureLast; t += kQuadratureStep) {
-      const double r = std::abs(start) * std::exp(0.5 * pi * std::sinh(t));
-      const double slope = r * 0.5 * pi * std::cosh(t) * kQuadratureStep;
-      add(at, start + direction * r, direction * slope / (2.0 * pi * i));
-    }
-    for (std::size_t j = 0; j < gauss.node.size(); ++j) {
-      const double y = gauss.node[j];
-      const Complex weight = i * gauss.weight[j] * std::exp(-pi * y);
-      add(at, start + 2.0 * pi * y, weight);
-      add(at, start - 2.0 * pi * y, -weight);
-    }
+  const Complex start = turns(kTailStart);
+  for (double t = kQuadratureFirst; t <= kQuadratureLast; t += quadrature_step) {
+    const double r = std::abs(start) * std::exp(0.5 * pi * std::sinh(t));
+    const double slope = r * 0.5 * pi * std::cosh(t) * quadrature_step;
+    tail.push_back({start + direction * r, direction * slope / (2.0 * pi * i)});
   }
+  for (std::size_t j = 0; j < gauss.node.size(); ++j) {
+    const double y = gauss.node[j];
+    const Complex weight = i * gauss.weight[j] * std::exp(-pi * y);
+    tail.push_back({start + 2.0 * pi * y, weight});
+    tail.push_back({start - 2.0 * pi * y, -weight});
+  }
+  add_group(tail_, tail);
   return side;
 }
-
-AliasSum::AliasSum(double sigma, double step_s)
-    : right_(make_side(sigma, step_s, 1.0)), left_(make_side(sigma, step_s, -1.0)) {}
 
 std::vector<AliasSum::Series> AliasSum::evaluate(const TransferColumns& columns, double x, int skip_first) const {
   const Side& side = x < 0.0 ? left_ : right_;
   const std::size_t count = side.nodes.size();
+  std::vector<Complex> shift(side.offsets.size(), 1.0);
+  for (std::size_t k = 0; x != 0.0 && k < shift.size(); ++k) shift[k] = std::exp(-x * side.offsets[k]);
   std::vector<Complex> factor(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    factor[i] = x == 0.0 ? side.nodes[i].weight : side.nodes[i].weight * std::exp(-x * side.nodes[i].offset);
-  }
+  for (std::size_t i = 0; i < count; ++i) factor[i] = side.nodes[i].weight * shift[side.nodes[i].offset];
   std::vector<double> re(count * columns.columns());
   std::vector<double> im(re.size());
   columns.evaluate(side.points, 0, count, re.data(), im.data(), count);
@@ -157,29 +170,27 @@ std::vector<AliasSum::Series> AliasSum::evaluate(const TransferColumns& columns,
       }
       return sum;
     };
-    Eigen::Vector<Complex, kFirstNodes> first;
-    Eigen::Vector<Complex, kFurtherNodes> further;
-    Eigen::Vector<Complex, kTailNodes> tail;
-    for (Complex& value : first) value = next(1);
-    for (Complex& value : further) value = next(kFurtherAliases);
-    for (Complex& value : tail) value = next((count - kFirstNodes - kFurtherNodes * kFurtherAliases) / kTailNodes);
+    // Coefficients of a group of aliases from `points` values a node.
+    const auto coefficients = [&](const Eigen::MatrixXd& transform, std::size_t points) {
+      Eigen::VectorXcd values(transform.cols());
+      for (Complex& value : values) value = next(points);
+      return Eigen::VectorXcd(transform * values);
+    };
+    const Eigen::VectorXcd nearest = coefficients(first_, 1);
+    const Eigen::VectorXcd beyond = coefficients(further_, kFurtherAliases);
+    const std::size_t rest = (count - at) / static_cast<std::size_t>(tail_.cols());
+    const Eigen::VectorXcd beyond_those = coefficients(tail_, rest);
 
     Series series;
-    Eigen::VectorXcd nearest = Eigen::VectorXcd::Zero(kTerms);
-    Eigen::VectorXcd beyond = Eigen::VectorXcd::Zero(kTerms);
-    Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(kTerms);
-    add_coefficients<kFirstNodes>(first, nearest);
-    add_coefficients<kFurtherNodes>(further, beyond);
-    add_coefficients<kTailNodes>(tail, sum);
-    series.unresolved_first = last_coefficients<kFirstNodes>(nearest);
-    series.unresolved_further = last_coefficients<kFurtherNodes>(beyond);
+    series.unresolved_first = last_coefficients(nearest);
+    series.unresolved_further = last_coefficients(beyond);
+    Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(nearest.size());
+    sum.head(beyond_those.size()) += beyond_those;
     if (skip_first < 1) sum += nearest;
-    if (skip_first < kExplicitAliases) sum += beyond;
+    if (skip_first < kExplicitAliases) sum.head(beyond.size()) += beyond;
     // The aliases -k are the mirror image, so the sum keeps the real part of even and the imaginary part of odd terms.
-    series.a.resize(kTerms);
-    for (std::size_t n = 0; n < kTerms; ++n) {
-      const Complex value = sum[static_cast<Eigen::Index>(n)];
-      series.a[n] = 2.0 * (n % 2 == 0 ? value.real() : value.imag());
+    for (Eigen::Index n = 0; n < sum.size(); ++n) {
+      series.a.push_back(2.0 * (n % 2 == 0 ? sum[n].real() : sum[n].imag()));
     }
     all.push_back(std::move(series));
   }

@@ -15,23 +15,26 @@ namespace eha::ident {
 /// With p = s h = sigma + i theta and F(p) = (G(p/h) - G(inf)) / p, sampling the step response of G at (n - x) h gives
 ///   exp(-p x) sum_k F(p + 2 pi i k) exp(-2 pi i k x)
 /// over all integers k. The terms k != 0 vary slowly with theta; they are evaluated at Chebyshev nodes and given as two
-/// real series on [-pi, pi]:
-///   S(theta) = sum_even a_n T_n(theta/pi) + i sum_odd a_n T_n(theta/pi).
+/// real series on the band that is wanted, [-b, b]:
+///   S(theta) = sum_even a_n T_n(theta/b) + i sum_odd a_n T_n(theta/b).
+/// A narrow band, as a decimation filter leaves it, needs few nodes.
 /// |k| = 1..7 are summed one by one, |k| >= 8 by the Abel-Plana formula in its midpoint form, whose main integral is
 /// turned to the direction in which exp(-p x) decays (exp-sinh quadrature).
 /// Lubich-type contour and aliasing: see Abate and Whitt, Queueing Systems 10 (1992); Abel-Plana: Olver,
 /// Asymptotics and Special Functions, ch. 8.
 class AliasSum {
  public:
-  static constexpr std::size_t kTerms = 22;   ///< Chebyshev terms
   static constexpr int kExplicitAliases = 7;  ///< aliases summed one by one
 
-  /// @param sigma  real part of p, positive; @param step_s  sample period h [s]
-  AliasSum(double sigma, double step_s);
+  /// @param sigma     real part of p, positive
+  /// @param step_s    sample period h [s]
+  /// @param band      b [rad a sample], at most pi
+  /// @param accuracy  relative to the aliases themselves, 3e-13 or more
+  AliasSum(double sigma, double step_s, double band, double accuracy);
 
   /// Coefficients a_n of every column.
   struct Series {
-    std::vector<double> a;      ///< kTerms values
+    std::vector<double> a;      ///< as many as there are nodes
     double unresolved_first;    ///< size of the last coefficients of |k| = 1: error from a sharp resonance there
     double unresolved_further;  ///< the same of 2 <= |k| <= 7
   };
@@ -42,16 +45,20 @@ class AliasSum {
 
  private:
   struct Node {
-    std::complex<double> offset;  ///< p less the node it serves
+    std::size_t offset;  ///< p less the node it serves, as an index
     std::complex<double> weight;
   };
   struct Side {
     LaplacePoints points;
     std::vector<Node> nodes;
+    std::vector<std::complex<double>> offsets;
   };
   /// Points in the order: first alias, further aliases, tail. One set for each sign of x.
-  Side make_side(double sigma, double step_s, double direction) const;
+  Side make_side(double sigma, double step_s, double band, double accuracy, double direction) const;
 
+  Eigen::MatrixXd first_;  ///< values at the nodes -> coefficients, of each group
+  Eigen::MatrixXd further_;
+  Eigen::MatrixXd tail_;
   Side right_;
   Side left_;
 };

@@ -23,13 +23,15 @@ constexpr double kWrapAround = 1e-10;
 constexpr double kStopband = 1e-6;
 constexpr double kNegligible =
     1e-2;  // share of an alias's allowed error; smaller coefficients of its series are left out
+constexpr double kAliasAccuracy = 0.03;  // of their sum, as a share of their allowed error
 // A ladder simulates at the compared rows, at every row, and with a past of one length or another.
 constexpr std::size_t kMostKept = 6;
 constexpr std::size_t kMostKeptEffort = 1'000'000;  // points; 64 MB of tables
 
-/// Adds real and imaginary part of S(theta) at x = theta/pi by Clenshaw's recurrence in T_2(x), over all bins.
+/// Adds real and imaginary part of S at x by Clenshaw's recurrence in T_2(x), over all bins.
+/// @param step  of x from bin to bin
 EHA_VECTOR_CLONES
-void add_series(const std::vector<double>& a, std::size_t length, double negligible, std::size_t bins, double* re,
+void add_series(const std::vector<double>& a, double step, double negligible, std::size_t bins, double* re,
                 double* im) {
   std::size_t used = 0;
   for (std::size_t n = 0; n < a.size(); ++n) {
@@ -45,7 +47,6 @@ void add_series(const std::vector<double>& a, std::size_t length, double negligi
   double odd2[kBlock];
   for (std::size_t start = 0; start < bins; start += kBlock) {
     const std::size_t n = std::min(kBlock, bins - start);
-    const double step = 2.0 / static_cast<double>(length);
     for (std::size_t i = 0; i < n; ++i) {
       const double x = step * static_cast<double>(start + i);
       y2[i] = 2.0 * (2.0 * x * x - 1.0);
@@ -87,8 +88,9 @@ std::vector<double> increments(const Eigen::Ref<const Eigen::VectorXd>& input, s
   return damped;
 }
 
-/// Number of lowest bins of a transform of `length` above which a filter passes less than kStopband.
+/// Number of lowest bins of a transform of `length` above which a filter passes less than kStopband; all without one.
 std::size_t passing_bins(const std::vector<double>& taps, std::size_t length) {
+  if (taps.empty()) return length;
   constexpr std::size_t kOversampled = 16;  // the lobes of the stopband are a bin of the taps' own transform wide
   const std::size_t grid = fast_length(kOversampled * taps.size());
   std::vector<double> padded(taps);
@@ -100,6 +102,9 @@ std::size_t passing_bins(const std::vector<double>& taps, std::size_t length) {
   // The next point of the grid is in the stopband.
   return length * end / grid + 1;
 }
+
+/// Index of the last of some bins, at least 1: the band of their angles is not empty.
+std::size_t last_bin(std::size_t bins) { return std::max<std::size_t>(bins - 1, 1); }
 
 /// Transform of a symmetric filter that is delayed by half its length, damped as on the contour.
 InputSpectrum filter_spectrum(const std::vector<double>& taps, std::size_t length, std::size_t bins, double sigma) {
@@ -148,8 +153,10 @@ struct HeldResponse::Aliases {
 
 struct HeldResponse::QuickTables {
   static constexpr std::size_t kBlock = 1024;
+  static constexpr std::size_t kEdgeHalvings = 3;  // more make the windows that cross an edge dearer than the rest
   std::once_flag made;
   std::optional<LowBandSpectrum> low_band;
+  LowBandSpectrum::FirstHalvings at_edges;
   std::vector<double> within;  ///< rho^i, i < kBlock: with `blocks` as good as a table of every rho^n
   std::vector<double> blocks;  ///< rho^(kBlock i)
 };
@@ -159,8 +166,9 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
       length_(
           fast_length(static_cast<std::size_t>(guard * static_cast<double>(selection.samples)) + 16, selection.every)),
       sigma_(-std::log(kWrapAround) / static_cast<double>(length_)),
-      bins_(length_ / 2 + 1),
-      aliases_(sigma_, selection.step_s),
+      bins_(std::min(length_ / 2 + 1, passing_bins(selection_.filter_taps, length_))),
+      aliases_(sigma_, selection.step_s, 2.0 * pi * static_cast<double>(last_bin(bins_)) / static_cast<double>(length_),
+               kAliasAccuracy * selection.resolved),
       short_fft_(length_ / selection.every),
       nearest_(std::make_shared<Aliases>()),
       quick_(std::make_shared<QuickTables>()) {
@@ -169,7 +177,6 @@ HeldResponse::HeldResponse(const OutputSelection& selection, double guard)
   if (selection_.filter_taps.empty()) {
     factor.assign(bins_, 1.0);
   } else {
-    bins_ = std::min(bins_, passing_bins(selection_.filter_taps, length_));
     factor = filter_spectrum(selection_.filter_taps, length_, bins_, sigma_);
   }
   inverse_re_.resize(bins_);
@@ -221,20 +228,53 @@ void HeldResponse::weigh(InputSpectrum& spectrum) const {
   for (std::size_t j = 0; j < bins_; ++j) spectrum[j] *= selection_factor_[j];
 }
 
-InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+const HeldResponse::QuickTables& HeldResponse::quick_tables() const {
   constexpr std::size_t kBlock = QuickTables::kBlock;
   std::call_once(quick_->made, [&] {
     quick_->low_band.emplace(length_, selection_.samples, bins_);
+    quick_->at_edges = quick_->low_band->first_halvings(QuickTables::kEdgeHalvings);
     for (std::size_t i = 0; i < kBlock; ++i) quick_->within.push_back(std::exp(-sigma_ * static_cast<double>(i)));
     for (std::size_t n = 0; n < selection_.samples; n += kBlock) {
       quick_->blocks.push_back(std::exp(-sigma_ * static_cast<double>(n)));
     }
   });
-  const QuickTables& tables = *quick_;
+  return *quick_;
+}
+
+InputSpectrum HeldResponse::quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const {
+  constexpr std::size_t kBlock = QuickTables::kBlock;
+  const QuickTables& tables = quick_tables();
   InputSpectrum spectrum =
       (*tables.low_band)(increments(input, selection_.samples, selection_.samples, [&](std::size_t n) {
         return tables.blocks[n / kBlock] * tables.within[n % kBlock];
       }));
+  weigh(spectrum);
+  return spectrum;
+}
+
+EdgeThinning HeldResponse::edge_thinning(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t before) const {
+  const LowBandSpectrum::FirstHalvings& first = quick_tables().at_edges;
+  Thinning thinning;
+  thinning.every = std::size_t{1} << first.halvings;
+  thinning.first = -static_cast<std::ptrdiff_t>(before);
+  // The taps act on increments that are damped by rho^n = rho^(n of the output) rho^(-t).
+  thinning.taps.assign(first.taps.size() + 1, 0.0);
+  for (std::size_t t = 0; t < first.taps.size(); ++t) {
+    const double damped = first.taps[t] * std::exp(sigma_ * static_cast<double>(t));
+    thinning.taps[t] += damped;
+    thinning.taps[t + 1] -= damped;
+  }
+  for (std::size_t k = 0; k < first.outputs; ++k) {
+    thinning.weights.push_back(std::exp(-sigma_ * static_cast<double>(k * thinning.every)));
+  }
+  return {input.head(std::min(input.size(), static_cast<Eigen::Index>(selection_.samples - before))),
+          std::move(thinning)};
+}
+
+InputSpectrum HeldResponse::thinned_input_spectrum(const Eigen::VectorXd& thinned) const {
+  const QuickTables& tables = quick_tables();
+  InputSpectrum spectrum =
+      tables.low_band->after(tables.at_edges.halvings, std::vector<double>(thinned.begin(), thinned.end()));
   weigh(spectrum);
   return spectrum;
 }
@@ -325,8 +365,8 @@ void HeldResponse::add_aliases(const TransferColumns& columns, double x, Scratch
     series = aliases_.evaluate(columns, x, near_aliases);
   }
   for (std::size_t c = 0; c < count; ++c) {
-    add_series(series[c].a, length_, kNegligible * selection_.resolved * scale[c], bins_, main.re.data() + c * bins_,
-               main.im.data() + c * bins_);
+    add_series(series[c].a, 1.0 / static_cast<double>(last_bin(bins_)), kNegligible * selection_.resolved * scale[c],
+               bins_, main.re.data() + c * bins_, main.im.data() + c * bins_);
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "ident/fractional/alias_sum.hpp"
 #include "ident/fractional/transfer_columns.hpp"
+#include "ident/signal/edge_thinning.hpp"
 #include "ident/signal/fft.hpp"
 
 namespace eha::ident {
@@ -75,6 +76,10 @@ class HeldResponse {
   /// Returns the spectrum to 1e-10 of the input's size; several times as fast if the filter leaves low frequencies
   /// only.
   [[nodiscard]] InputSpectrum quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
+  /// Thins parts of an input that follows `before` samples at rest, for thinned_input_spectrum().
+  [[nodiscard]] EdgeThinning edge_thinning(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t before) const;
+  /// Returns the spectrum of what one of that thinning's functions returned, as quick_input_spectrum() of the whole.
+  [[nodiscard]] InputSpectrum thinned_input_spectrum(const Eigen::VectorXd& thinned) const;
   /// A unit step at sample `at`.
   [[nodiscard]] InputSpectrum step_spectrum(std::size_t at = 0) const;
 
@@ -93,6 +98,7 @@ class HeldResponse {
   [[nodiscard]] std::vector<std::complex<double>> delay_factors(double delay, double whole, double x) const;
   void fold(const Column& column, const InputSpectrum& input, const std::vector<std::complex<double>>& shift,
             std::vector<std::complex<double>>& folded) const;
+  [[nodiscard]] const QuickTables& quick_tables() const;
   void weigh(InputSpectrum& spectrum) const;
 
   OutputSelection selection_;
@@ -107,7 +113,7 @@ class HeldResponse {
   InputSpectrum selection_factor_;      ///< filter and shift to the first output
   Eigen::VectorXd growth_;              ///< rho^-n of every output over L
   std::shared_ptr<Aliases> nearest_;    ///< points of k = +-1, made when a model first needs them
-  std::shared_ptr<QuickTables> quick_;  ///< made at the first call of quick_input_spectrum
+  std::shared_ptr<QuickTables> quick_;  ///< see quick_tables()
 };
 
 }  // namespace eha::ident

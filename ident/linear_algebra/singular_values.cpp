@@ -6,12 +6,12 @@
 namespace eha::ident {
 
 ThinSvd thin_svd(const Eigen::MatrixXd& a) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
 Eigen::MatrixXd left_singular_vectors(const Eigen::MatrixXd& a) {
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(a, Eigen::ComputeThinU).matrixU();
+  return Eigen::BDCSVD<Eigen::MatrixXd>(a, Eigen::ComputeThinU).matrixU();
 }
 
 }  // namespace eha::ident

@@ -38,6 +38,12 @@ OutputSelection selection(const Record& record, const Comparison& comparison, st
   return s;
 }
 
+Thinning means_over(Eigen::Index block, Eigen::Index count) {
+  const std::vector<double> taps(static_cast<std::size_t>(block), 1.0 / static_cast<double>(block));
+  return {taps, taps.size(), static_cast<std::ptrdiff_t>(block - 1),
+          std::vector<double>(static_cast<std::size_t>(count), 1.0)};
+}
+
 }  // namespace
 
 ComparedRecord::ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows,
@@ -68,7 +74,9 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
     const Eigen::VectorXd& fine = options.fine_input.size() > 0 ? options.fine_input : record.input;
     // A map is not evaluated for rows that no compared row depends on.
     const auto simulated = static_cast<Eigen::Index>(response_.samples() - before) * block_;
-    fine_input_ = fine.head(std::min(fine.size(), simulated));
+    const Eigen::Index rows_of_it = std::min(fine.size(), simulated);
+    edges_.emplace(block_ == 1 ? response_.edge_thinning(fine, before)
+                               : EdgeThinning(fine.head(rows_of_it), means_over(block_, rows_of_it / block_)));
   }
   std::size_t end = 0;
   InputSpectrum off = step_;
@@ -84,11 +92,10 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
   }
 }
 
-InputSpectrum ComparedRecord::spectrum_of(const Eigen::VectorXd& fine) const {
-  if (block_ == 1 && before_ == 0) return response_.quick_input_spectrum(fine);
-  const Eigen::Index rows = fine.size() / block_;
-  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before_) + rows);
-  input.tail(rows) = Eigen::Map<const Eigen::MatrixXd>(fine.data(), block_, rows).colwise().mean().transpose();
+InputSpectrum ComparedRecord::spectrum_of(const Eigen::VectorXd& thinned) const {
+  if (block_ == 1) return response_.thinned_input_spectrum(thinned);
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(before_) + thinned.size());
+  input.tail(thinned.size()) = thinned;
   return response_.quick_input_spectrum(input);
 }
 

@@ -100,8 +100,9 @@ InputSpectrum OutputError::Passed::total(double ratio) const {
 std::shared_ptr<const OutputError::Passed> OutputError::passed(const Eigen::VectorXd& theta) const {
   const std::optional<ValveMap> map = parametrisation_.valve(theta);
   if (!map) return {};
-  return std::make_shared<const Passed>(Passed{*map, record_.spectrum_of(excess_above(*map, record_.fine_input())),
-                                               record_.spectrum_of(excess_below(*map, record_.fine_input()))});
+  return std::make_shared<const Passed>(Passed{*map,
+                                               record_.spectrum_of(record_.edges().excess_above(upper_edge(*map))),
+                                               record_.spectrum_of(record_.edges().excess_below(lower_edge(*map)))});
 }
 
 double OutputError::ratio_at(const Passed& valve, const LinearSolution& linear) const {
@@ -116,8 +117,8 @@ InputSpectrum OutputError::driving(const std::shared_ptr<const Passed>& valve, c
 /// -(A + ratio B), -(A - ratio B), and the output below the dead band for a ratio of 1.
 std::vector<InputSpectrum> OutputError::input_derivatives(const Passed& valve, const LinearSolution& linear) const {
   const double ratio = ratio_at(valve, linear);
-  const InputSpectrum on_above = record_.spectrum_of(is_above(valve.map, record_.fine_input()));
-  const InputSpectrum on_below = record_.spectrum_of(is_below(valve.map, record_.fine_input()));
+  const InputSpectrum on_above = record_.spectrum_of(record_.edges().is_above(upper_edge(valve.map)));
+  const InputSpectrum on_below = record_.spectrum_of(record_.edges().is_below(lower_edge(valve.map)));
   InputSpectrum by_null(on_above.size());
   InputSpectrum by_dead_band(on_above.size());
   for (std::size_t j = 0; j < on_above.size(); ++j) {

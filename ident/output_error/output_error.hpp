@@ -12,6 +12,7 @@
 #include "ident/record.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/signal/edge_thinning.hpp"
 #include "ident/work.hpp"
 
 namespace eha::ident {
@@ -27,16 +28,17 @@ class ComparedRecord {
     /// means. Empty: the record's input itself.
     Eigen::VectorXd fine_input = {};
     Eigen::Index block = 1;
-    bool keep_input = true;  ///< keep fine_input(); only a map before G needs it
+    bool keep_input = true;  ///< keep edges(); only a map before G needs it
   };
   /// @param rows  number of the comparison's rows that are used, from the first on
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options);
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
-  [[nodiscard]] const Eigen::VectorXd& fine_input() const noexcept { return fine_input_; }  ///< a map's argument
-  /// Spectrum of a signal as long as fine_input().
-  [[nodiscard]] InputSpectrum spectrum_of(const Eigen::VectorXd& fine) const;
+  /// The input of a map, thinned behind it, for spectrum_of().
+  [[nodiscard]] const EdgeThinning& edges() const { return edges_.value(); }
+  /// Spectrum of what one of edges()' functions returned.
+  [[nodiscard]] InputSpectrum spectrum_of(const Eigen::VectorXd& thinned) const;
   [[nodiscard]] const InputSpectrum& step() const noexcept { return step_; }  ///< of a unit step at t = 0
   /// Spectra of a unit pulse in each window of the past, the latest window first. The windows double in length,
   /// starting from a 128th of the compared time, and together span that time. An older input has the effect of a
@@ -52,7 +54,7 @@ class ComparedRecord {
   HeldResponse response_;
   std::size_t before_;  ///< rows of the past, at the beginning of the simulation
   Eigen::Index block_;
-  Eigen::VectorXd fine_input_;
+  std::optional<EdgeThinning> edges_;
   InputSpectrum input_;
   InputSpectrum step_;
   std::vector<InputSpectrum> past_;

@@ -44,10 +44,13 @@ void add_four(const double* a, const double* b, const double* taps, std::size_t 
   for (std::size_t k = 0; k < count; ++k) to[k] += t0 * a[k] + t1 * b[k] + (t2 * earlier_a[k] + t3 * earlier_b[k]);
 }
 
+/// Length of the signal that halved() returns.
+std::size_t halved_length(std::size_t samples, std::size_t taps) { return (samples + taps) / 2; }
+
 /// out[k] = sum_t taps[t] signal[2 k - t]
 std::vector<double> halved(const std::vector<double>& signal, const std::vector<double>& taps) {
   const std::size_t before = taps.size() / 2;
-  const std::size_t count = (signal.size() + taps.size()) / 2;
+  const std::size_t count = halved_length(signal.size(), taps.size());
   std::vector<double> even(before + count, 0.0);  // signal[2 k]
   std::vector<double> odd(before + count, 0.0);   // signal[2 k - 1]
   for (std::size_t n = 0; n < signal.size(); n += 2) even[before + n / 2] = signal[n];
@@ -71,7 +74,7 @@ std::vector<double> halved(const std::vector<double>& signal, const std::vector<
 }  // namespace
 
 LowBandSpectrum::LowBandSpectrum(std::size_t length, std::size_t samples, std::size_t bins)
-    : length_(length), undo_(bins, 1.0) {
+    : samples_(samples), length_(length), undo_(bins, 1.0) {
   while (length_ % 2 == 0) {
     // A bin's alias lies as far below the Nyquist frequency as the bin lies above 0.
     const double alias = std::tan(pi * static_cast<double>(bins) / static_cast<double>(length_));
@@ -79,7 +82,7 @@ LowBandSpectrum::LowBandSpectrum(std::size_t length, std::size_t samples, std::s
     const double power = std::ceil(std::log(kAliased) / std::log(alias));
     if (power > kMostTaps) break;
     std::vector<double> taps = binomial(static_cast<int>(power));
-    samples = (samples + taps.size()) / 2;
+    samples = halved_length(samples, taps.size());
     if (samples > length_ / 2) break;
     for (std::size_t j = 0; j < bins; ++j) {
       const double angle = 2.0 * pi * static_cast<double>(j) / static_cast<double>(length_);
@@ -91,8 +94,23 @@ LowBandSpectrum::LowBandSpectrum(std::size_t length, std::size_t samples, std::s
   }
 }
 
-std::vector<Complex> LowBandSpectrum::operator()(std::vector<double> signal) const {
-  for (const std::vector<double>& taps : filters_) signal = halved(signal, taps);
+LowBandSpectrum::FirstHalvings LowBandSpectrum::first_halvings(std::size_t most) const {
+  FirstHalvings first{std::min(most, filters_.size()), {1.0}, samples_};
+  for (std::size_t h = 0; h < first.halvings; ++h) {
+    const std::vector<double>& taps = filters_[h];
+    const std::size_t apart = std::size_t{1} << h;
+    std::vector<double> both(first.taps.size() + apart * (taps.size() - 1), 0.0);
+    for (std::size_t t = 0; t < taps.size(); ++t) {
+      for (std::size_t i = 0; i < first.taps.size(); ++i) both[apart * t + i] += taps[t] * first.taps[i];
+    }
+    first.taps = std::move(both);
+    first.outputs = halved_length(first.outputs, taps.size());
+  }
+  return first;
+}
+
+std::vector<Complex> LowBandSpectrum::after(std::size_t halvings, std::vector<double> signal) const {
+  for (std::size_t h = halvings; h < filters_.size(); ++h) signal = halved(signal, filters_[h]);
   signal.resize(length_, 0.0);
   std::vector<Complex> spectrum(length_ / 2 + 1);
   RealFft(length_).forward(signal, spectrum);

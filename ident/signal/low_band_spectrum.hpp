@@ -3,6 +3,7 @@
 
 #include <complex>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "ident/signal/fft.hpp"
@@ -19,9 +20,23 @@ class LowBandSpectrum {
   LowBandSpectrum(std::size_t length, std::size_t samples, std::size_t bins);
 
   /// sum_n signal[n] exp(-2 pi i j n / length) for j = 0..bins-1. Cost O(samples), a few operations each.
-  [[nodiscard]] std::vector<std::complex<double>> operator()(std::vector<double> signal) const;
+  [[nodiscard]] std::vector<std::complex<double>> operator()(std::vector<double> signal) const {
+    return after(0, std::move(signal));
+  }
+
+  /// The first halvings, as one filter that keeps every 2^halvings-th sample.
+  struct FirstHalvings {
+    std::size_t halvings = 0;
+    std::vector<double> taps;
+    std::size_t outputs = 0;
+  };
+  /// @param most  halvings that are wanted; there may be fewer
+  [[nodiscard]] FirstHalvings first_halvings(std::size_t most) const;
+  /// The same bins, of a signal that has been through the first halvings.
+  [[nodiscard]] std::vector<std::complex<double>> after(std::size_t halvings, std::vector<double> signal) const;
 
  private:
+  std::size_t samples_;                       ///< of a signal
   std::vector<std::vector<double>> filters_;  ///< taps of each halving
   std::size_t length_;                        ///< of the remaining transform
   std::vector<std::complex<double>> undo_;    ///< one a bin

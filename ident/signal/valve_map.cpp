@@ -7,18 +7,11 @@ namespace eha::ident {
 namespace {
 
 double half_width(const ValveMap& map) { return std::max(0.0, map.dead_band); }
-double upper_edge(const ValveMap& map) { return map.null + half_width(map); }
-double lower_edge(const ValveMap& map) { return map.null - half_width(map); }
 
 }  // namespace
 
-Eigen::VectorXd excess_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return (input.array() - upper_edge(map)).cwiseMax(0.0);
-}
-
-Eigen::VectorXd excess_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return (input.array() - lower_edge(map)).cwiseMin(0.0);
-}
+double upper_edge(const ValveMap& map) { return map.null + half_width(map); }
+double lower_edge(const ValveMap& map) { return map.null - half_width(map); }
 
 Eigen::VectorXd is_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
   return (input.array() > upper_edge(map)).cast<double>();
@@ -29,7 +22,8 @@ Eigen::VectorXd is_below(const ValveMap& map, const Eigen::Ref<const Eigen::Vect
 }
 
 Eigen::VectorXd mapped(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return excess_above(map, input) + map.negative_gain_ratio * excess_below(map, input);
+  return (input.array() - upper_edge(map)).cwiseMax(0.0) +
+         map.negative_gain_ratio * (input.array() - lower_edge(map)).cwiseMin(0.0);
 }
 
 }  // namespace eha::ident

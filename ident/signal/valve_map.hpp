@@ -18,12 +18,11 @@ struct ValveMap {
 /// v for N samples of u [input unit]. Cost O(N).
 [[nodiscard]] Eigen::VectorXd mapped(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 
-/// Distance of u beyond either edge of the dead band, else 0: v = excess_above + negative_gain_ratio excess_below.
-/// Cost O(N).
-[[nodiscard]] Eigen::VectorXd excess_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
-[[nodiscard]] Eigen::VectorXd excess_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
+/// Edges of the dead band: v = max(u - upper_edge, 0) + negative_gain_ratio min(u - lower_edge, 0).
+[[nodiscard]] double upper_edge(const ValveMap& map);
+[[nodiscard]] double lower_edge(const ValveMap& map);
 
-/// 1 where u lies beyond the edge, else 0: the slope of the excess by u. Cost O(N).
+/// 1 where u lies beyond the edge, else 0: the slope of v by u, for a ratio of 1. Cost O(N).
 [[nodiscard]] Eigen::VectorXd is_above(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 [[nodiscard]] Eigen::VectorXd is_below(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input);
 
