@@ -27,6 +27,7 @@ constexpr double kStill_in = 0.003;
 constexpr double kStillSpare_V = 0.1;           ///< beyond the dead band of [following]
 constexpr double kStillShare = 0.2;             ///< of half the command range: without [following]
 constexpr double kLeastGainShare = 1.0 / 20.0;  ///< of the gain that fills the velocity limit at half the command range
+constexpr double kLeastShareOfHalfGain = 0.5;  ///< of the gain of [following]: on a fast rod a dead sensor shows sooner
 constexpr double kSaturated_s = 0.3;
 constexpr double kSaturatedShare = 0.99;
 constexpr double kSlowShare = 0.7;
@@ -58,8 +59,8 @@ LoopBounds loop_bounds(const config::RigLimits& limits, double speed_in_per_s) n
   bounds.edge_V = valve.dead_band_V + std::min(kMostFirst_V, kFirstSpeed_in_per_s / faster);
   bounds.most_V = std::min(bounds.most_V, valve.dead_band_V + speed_in_per_s / slower + kSpareVolts_V);
   bounds.still_V = following.dead_band_V + kStillSpare_V;
-  bounds.least_gain_in_per_V_s =
-      std::min({bounds.least_gain_in_per_V_s, following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s});
+  const double least = std::min(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
+  bounds.least_gain_in_per_V_s = std::max(std::min(bounds.least_gain_in_per_V_s, least), kLeastShareOfHalfGain * least);
   bounds.pressure_delay_s = following.pressure_delay_s;
   bounds.valve = valve;
   return bounds;

@@ -113,6 +113,15 @@ TEST(LoopMonitor, TripsOnARodThatDoesNotMoveThroughAnyNoise) {
   }
 }
 
+/// By the gain of the file, not by the least that the velocity limit asks for: that took 0.44 s.
+TEST(LoopMonitor, FindsADeadSensorOfAFastRodSoon) {
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+  const double at_s = fault_at(
+      monitor, 9.0, 5.0, [](double) { return 0.0; }, 0.0005);
+  EXPECT_EQ(monitor.breach().fault, Fault::no_motion);
+  EXPECT_LT(at_s, 0.35);
+}
+
 TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
   for (const auto& [factor, wanted_V] : {std::pair(0.5, 0.9), std::pair(2.2, 0.6)}) {
     LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
