@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/valve_estimate.hpp"
+
 namespace eha::acquisition {
 namespace {
 
 constexpr double kFilter_s = 0.05;
 constexpr double kEarly_V = 0.2;
+constexpr double kSag_in_per_s = 0.05;  ///< of a sound rod at the valve's null
+constexpr double kNullStds = 2.0;
 constexpr std::array<double, 2> kDirections{1.0, -1.0};
 
 // Without [following]; pinned by the campaign of simulated rigs in following_campaign_test.cpp.
@@ -30,6 +34,11 @@ FollowingRule following_rule(const config::RigLimits& limits) noexcept {
     rule.null_V = given.null_V;
     rule.dead_band_V = given.dead_band_V;
     rule.early_V = kEarly_V;
+    const double null_slack_V = kNullStds * config::valve_uncertainty(given).null_V;
+    for (std::size_t i = 0; i < kDirections.size(); ++i) {
+      const double sag_V = kSag_in_per_s / rule.greatest_gain_in_per_V_s[i];
+      rule.waiting_early_V[i] = std::min(kEarly_V, std::max(null_slack_V, sag_V));
+    }
     rule.missing_limit_in = given.limit_in;
     rule.excess_limit_in = given.limit_in;
     rule.pressure_delay_s = given.pressure_delay_s;
@@ -40,6 +49,7 @@ FollowingRule following_rule(const config::RigLimits& limits) noexcept {
   rule.greatest_gain_in_per_V_s.fill(full_gain);
   rule.dead_band_V = kFallbackDeadBand_V;
   rule.early_V = kFallbackDeadBand_V;
+  rule.waiting_early_V.fill(kFallbackDeadBand_V);
   rule.missing_limit_in = kFallbackMissing_in;
   rule.excess_limit_in = kFallbackExcess_in;
   return rule;
@@ -74,7 +84,8 @@ Breach FollowingMonitor::check(std::int64_t at_ns, double displacement_in, doubl
       const double due_in = rule_.least_gain_in_per_V_s[i] * outside_V * since_last_s;
       missing_in_[i] = std::max(0.0, missing_in_[i] + due_in - d * moved_in);
     }
-    const double most_in = rule_.greatest_gain_in_per_V_s[i] * std::max(0.0, command_V + rule_.early_V) * since_last_s;
+    const double early_V = at_ns > pressure_ns_ ? rule_.early_V : rule_.waiting_early_V[i];
+    const double most_in = rule_.greatest_gain_in_per_V_s[i] * std::max(0.0, command_V + early_V) * since_last_s;
     excess_in_[i] = std::max(0.0, excess_in_[i] + d * moved_in - most_in);
     peak_missing_ = std::max(peak_missing_, missing_in_[i] / rule_.missing_limit_in);
     peak_excess_ = std::max(peak_excess_, excess_in_[i] / rule_.excess_limit_in);

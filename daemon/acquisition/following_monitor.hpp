@@ -17,10 +17,11 @@ struct FollowingRule {
   std::array<double, 2> greatest_gain_in_per_V_s{};  ///< and at most so fast
   double null_V = 0.0;                               ///< middle of the valve's dead band [V]
   double dead_band_V = 0.0;                          ///< its half width [V]
-  double early_V = 0.0;           ///< the rod may begin to move this far on the other side of the null [V]
-  double missing_limit_in = 0.0;  ///< [in]
-  double excess_limit_in = 0.0;   ///< [in]
-  double pressure_delay_s = 0.0;  ///< from enable on to full pressure [s]
+  double early_V = 0.0;                     ///< the rod may begin to move this far on the other side of the null [V]
+  std::array<double, 2> waiting_early_V{};  ///< the same until the pressure has built up, at most early_V [V]
+  double missing_limit_in = 0.0;            ///< [in]
+  double excess_limit_in = 0.0;             ///< [in]
+  double pressure_delay_s = 0.0;            ///< from enable on to full pressure [s]
 };
 
 /// The rule of a rig's [following], whose gains are half of the measured ones: the greatest is twice the least. Without
@@ -34,9 +35,10 @@ struct FollowingRule {
 /// constant 0.05 s), for each direction d, at each reading, dt and dy since the one before:
 ///   e = d (u - null) - dead_band;   S_d = max(0, S_d + g_d e dt - d dy) where e > 0, else S_d stays
 ///   X_d = max(0, X_d + d dy - G_d max(0, d (u - null) + early) dt)
-/// not_following at S_d > missing limit, unexplained_motion at X_d > excess limit; g is the least and G the greatest
-/// gain. The sensor's noise telescopes in the sum of dy, so noise alone never counts as motion. The sums start at
-/// begin(), S_d when the pressure has built up.
+/// While the pressure builds up the command stands at the null, and early is what the null's uncertainty, or a rod that
+/// sags at 0.05 in/s, needs: a null that is wrong shows by the rod's drift. not_following at S_d > missing limit,
+/// unexplained_motion at X_d > excess limit; g is the least and G the greatest gain. The sensor's noise telescopes in
+/// the sum of dy, so noise alone never counts as motion. The sums start at begin(), S_d when the pressure has built up.
 /// Does not detect a slope error within the range of the gains, or a drift slower than the valve's own. Real-time safe;
 /// cost: some twenty operations. Not thread-safe.
 class FollowingMonitor {

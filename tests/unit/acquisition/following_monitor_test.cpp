@@ -107,6 +107,31 @@ TEST(FollowingMonitor, WaitsForThePressureAndForTheHydraulics) {
   EXPECT_NEAR(ticks * 0.001, 2.294, 0.02);
 }
 
+/// The command stands at the null of the file. 0.4 in/(V s), wrong by 0.42 V beyond the dead band: 0.17 in/s; a valve
+/// of 2.4 in/(V s) whose dead band is 0.1 V, wrong by 0.19 V: 0.21 in/s.
+TEST(FollowingMonitor, FindsAWrongNullWhileThePressureBuildsUp) {
+  config::RigLimits limits = commissioned_limits();
+  limits.following->pressure_delay_s = 3.0;
+  const auto waiting = [&](double in_per_s, int& ticks) {
+    FollowingMonitor monitor(following_rule(limits));
+    monitor.begin(0);
+    return hold(
+               monitor, -0.2, [&](double t) { return 3.0 + in_per_s * std::min(t, 3.0); }, ticks)
+        .fault;
+  };
+  int ticks = 0;
+  EXPECT_EQ(waiting(-0.17, ticks), Fault::unexplained_motion);
+  EXPECT_LT(ticks, 1100);
+  limits.following->gain_positive_in_per_V_s = 1.2;
+  limits.following->gain_negative_in_per_V_s = 1.2;
+  EXPECT_EQ(waiting(0.21, ticks), Fault::unexplained_motion) << "0.2 V of the null would explain 0.48 in/s";
+  EXPECT_LT(ticks, 1100);
+  EXPECT_EQ(waiting(-0.05, ticks), Fault::none) << "a rod that sags";
+  EXPECT_EQ(waiting(0.09, ticks), Fault::none) << "a null that is known to 0.04 V";
+  limits.following->null_uncertainty_V = 0.12;
+  EXPECT_EQ(waiting(0.25, ticks), Fault::none) << "a null that is known to 0.12 V";
+}
+
 TEST(FollowingMonitor, MeasuresTheSameWhenReadingsAreMissing) {
   FollowingMonitor monitor(following_rule(commissioned_limits()));
   monitor.begin(0);
