@@ -1,33 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstdint>
-#include <limits>
-#include <string>
 
 #include "config/rig_config.hpp"
-#include "core/journal_block.hpp"
 
 namespace eha::config {
 
 /// Returns a sum over the measured numbers of [following]: gains, null, dead band and their uncertainties, to six
 /// digits. Another digit in one of them gives another sum. Limit and pressure delay are no part of it: an owner sets
 /// them.
-[[nodiscard]] inline std::uint32_t measured_check_of(const Following& following) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  const std::string text =
-      fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", following.gain_positive_in_per_V_s,
-                  following.gain_negative_in_per_V_s, following.null_V, following.dead_band_V,
-                  following.null_uncertainty_V.value_or(kUnknown), following.dead_band_uncertainty_V.value_or(kUnknown),
-                  following.gain_uncertainty_percent.value_or(kUnknown));
-  return journal::Crc32c().add(text.data(), text.size()).value();
-}
+[[nodiscard]] std::uint32_t measured_check_of(const Following& following);
 
-/// Whether the numbers are those that one characterisation wrote. False without a sum.
-[[nodiscard]] inline bool is_as_measured(const Following& following) {
-  return following.measured_check && *following.measured_check == measured_check_of(following);
-}
+/// Returns a sum over what a valve was measured with: card, channels of sensor and valve, and the sensor's scale and
+/// offset.
+[[nodiscard]] std::uint32_t measured_rig_check_of(const hal::Backend& backend);
+
+/// Whether the numbers of [following] are those that one characterisation of this rig wrote. False without both sums.
+[[nodiscard]] bool is_as_measured(const RigConfig& rig);
 
 }  // namespace eha::config

@@ -30,6 +30,7 @@ struct Following {
   std::optional<double> gain_uncertainty_percent = {};  ///< of each gain [%]
   /// Sum over the measured numbers, as `eha characterise` wrote them; see config/measured_check.hpp
   std::optional<std::uint32_t> measured_check = {};
+  std::optional<std::uint32_t> measured_rig_check = {};  ///< the same over card, channels and calibration
 
   static void visit_keys(auto& self, auto& keys) {
     keys.number("gain_positive_in_per_V_s", self.gain_positive_in_per_V_s, Range::above(0.0));
@@ -42,6 +43,7 @@ struct Following {
     keys.number("dead_band_uncertainty_V", self.dead_band_uncertainty_V, Range::between(0.0, 10.0));
     keys.number("gain_uncertainty_percent", self.gain_uncertainty_percent, Range::between(0.0, 100.0));
     keys.integer("measured_check", self.measured_check, 0, std::numeric_limits<std::uint32_t>::max());
+    keys.integer("measured_rig_check", self.measured_rig_check, 0, std::numeric_limits<std::uint32_t>::max());
   }
 };
 

@@ -45,8 +45,9 @@ yourself, by eha goto or with the hydraulics off. Asks for each position and rea
 ends. A position far beyond the travel limits is not taken. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
 Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
 tolerance nothing is written. Lengths are shown in --units, else in the units of the rig file; so is a number without a
-unit read. Writes a new rig file, in which only scale, offset and calibration date differ; comments stay. With units = "mm"
-in the file the new values are in millimetres. No file is overwritten.
+unit read. Writes a new rig file, in which only scale, offset and calibration date differ, and gains of [following] that
+were measured with the old scale; comments stay. With units = "mm" in the file the new values are in millimetres. No
+file is overwritten.
 
 Examples:
   eha calibrate

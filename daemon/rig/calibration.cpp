@@ -194,9 +194,16 @@ std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration&
   if (!hal::conversion_of(rig.backend).calibration_date.empty()) {
     values.push_back({"calibration_date", "\"" + date + "\""});
   }
-  std::string text = with_values(rig, table, values);
-  static_cast<void>(config::parse_rig(text, rig.file_name));
-  return text;
+  const config::RigConfig changed = config::parse_rig(with_values(rig, table, values), rig.file_name);
+  if (!config::is_as_measured(rig)) return changed.text;
+  // The same volts move the same rod: what was measured is as many inches more or less as the scale makes them.
+  config::Following following = *rig.limits.following;
+  const double factor =
+      std::abs(hal::conversion_of(changed.backend).scale_in_per_V / hal::conversion_of(rig.backend).scale_in_per_V);
+  following.gain_positive_in_per_V_s *= factor;
+  following.gain_negative_in_per_V_s *= factor;
+  following.measured_rig_check = config::measured_rig_check_of(changed.backend);
+  return rig_text_with(changed, following);
 }
 
 std::string rig_text_with(const config::RigConfig& rig, const config::Following& following) {
@@ -214,7 +221,11 @@ std::string rig_text_with(const config::RigConfig& rig, const config::Following&
   const config::Following& read = *written.limits.following;
   // Only what has its uncertainties was measured by eha characterise.
   if (!following.dead_band_uncertainty_V) return written.text;
-  return with_values(written, "following", {{"measured_check", fmt::format("{}", config::measured_check_of(read))}});
+  std::vector<NewValue> sums{{"measured_check", fmt::format("{}", config::measured_check_of(read))}};
+  if (following.measured_rig_check) {
+    sums.push_back({"measured_rig_check", fmt::format("{}", *following.measured_rig_check)});
+  }
+  return with_values(written, "following", sums);
 }
 
 std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s) {

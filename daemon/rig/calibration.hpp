@@ -37,7 +37,8 @@ struct Calibration {
                                      const DisplayUnit& unit = DisplayUnit("in"));
 
 /// Replaces scale and offset in a rig file's text, and the calibration date if the backend has one. Keeps all other
-/// text, comments and order included. Adds a missing key below the head of its table. With units = "mm" keys in inches
+/// text, comments and order included, but that the gains of a [following] that was measured with the old scale, and its
+/// sums, become those of the new one. Adds a missing key below the head of its table. With units = "mm" keys in inches
 /// become those in millimetres, and so does "[in/V]" in the comment of their lines. Reads the text back as a rig file.
 /// @param date  YYYY-MM-DD
 /// @throws ConfigError  the new file would be wrong, for example with limits outside the sensor's new range

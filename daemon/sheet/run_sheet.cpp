@@ -55,6 +55,7 @@ config::Following following_of(const RunSheet& run) {
   following.gain_uncertainty_percent =
       100.0 * std::max(sheet.gain_positive_in_per_V_s.half_width / sheet.gain_positive_in_per_V_s.value,
                        sheet.gain_negative_in_per_V_s.half_width / sheet.gain_negative_in_per_V_s.value);
+  following.measured_rig_check = config::measured_rig_check_of(run.rig.backend);
   return following;
 }
 
@@ -94,11 +95,12 @@ std::string rig_lines(const RunSheet& run) {
       "null_uncertainty_V = {11}  # of 95 %, as the next two\n"
       "dead_band_uncertainty_V = {12}\n"
       "gain_uncertainty_percent = {13}\n"
-      "measured_check = {14}  # fits the measured numbers as they stand here\n",
+      "measured_check = {14}  # fits the measured numbers as they stand here\n"
+      "measured_rig_check = {15}  # fits the card, the channels and the sensor's calibration\n",
       in, positive, factor * run.sheet.gain_positive_in_per_V_s.value, negative,
       factor * run.sheet.gain_negative_in_per_V_s.value, null, dead_band, run.sheet.dead_band_V.value,
       config::kDeadBandSpare_V, factor * following.limit_in, following.pressure_delay_s, null_slack, dead_band_slack,
-      gain_slack, config::measured_check_of(read));
+      gain_slack, config::measured_check_of(read), *following.measured_rig_check);
 }
 
 std::string experiment_lines(const RunSheet& run) {

@@ -45,6 +45,15 @@ bool switches_hydraulics(const Backend& backend) {
       backend);
 }
 
+std::string wiring_of(const Backend& backend) {
+  return std::visit(
+      [](const auto& options) {
+        if constexpr (requires { options.wiring(); }) return options.wiring();
+        return options.describe();
+      },
+      backend);
+}
+
 std::string describe(const Backend& backend) {
   return std::visit([](const auto& options) { return options.describe(); }, backend);
 }

@@ -33,8 +33,8 @@
 //   std::vector<OptionIssue> check(const Options&);
 //   std::unique_ptr<Rig> open_rig(const Options&, double safe_V);
 //
-// Members `seed`, `initial_displacement_in` and `enable` (optional: switches the hydraulics) are optional. Add it to
-// backend_list.hpp; no other code depends on a backend's name.
+// Members `seed`, `initial_displacement_in`, `enable` (optional: switches the hydraulics) and `wiring()` are optional.
+// Add it to backend_list.hpp; no other code depends on a backend's name.
 
 namespace eha::hal {
 
@@ -49,6 +49,9 @@ namespace eha::hal {
 
 /// Whether the hydraulics are off while nothing is driven: a machine without an enable line follows the safe voltage.
 [[nodiscard]] bool switches_hydraulics(const Backend& backend);
+
+/// Returns card and channels of sensor and valve as the rig file has them, or the description of a backend without.
+[[nodiscard]] std::string wiring_of(const Backend& backend);
 
 /// Returns a description for messages: "simulated", "/dev/comedi0 (pci1716)".
 [[nodiscard]] std::string describe(const Backend& backend);

@@ -37,6 +37,13 @@ bool same_line(const std::optional<DigitalLine>& a, const std::optional<DigitalL
 
 }  // namespace
 
+std::string ComediOptions::wiring() const {
+  std::ostringstream text;
+  text << describe() << " sensor " << feedback.subdevice << ' ' << feedback.channel << " valve " << command.subdevice
+       << ' ' << command.channel;
+  return text.str();
+}
+
 std::vector<OptionIssue> check(const ComediOptions& o) {
   std::vector<OptionIssue> issues;
   if (o.device.empty()) issues.push_back(issue("device", "the device node, as \"/dev/comedi0\"", "\"\""));

@@ -120,6 +120,8 @@ struct ComediOptions {
   }
 
   [[nodiscard]] std::string describe() const { return device + " (" + board + ")"; }
+  /// Where sensor and valve are connected.
+  [[nodiscard]] std::string wiring() const;
   [[nodiscard]] Conversion conversion() const {
     return {.command_min_V = command.range_min_V,
             .command_max_V = command.range_max_V,

@@ -85,8 +85,8 @@ TEST_F(Characterise, WritesTheRigFileInOneGoAndOverwritesNone) {
   EXPECT_EQ(ended.out.find("[following]"), std::string::npos) << ended.out;
   const std::string text = content_of(folder_->path() / "new.toml");
   const std::string old = content_of(rig());
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), std::count(old.begin(), old.end(), '\n') + 1)
-      << "comments stay, measured_check is added";
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), std::count(old.begin(), old.end(), '\n') + 2)
+      << "comments stay, the two sums are added";
   EXPECT_NE(text, old);
   EXPECT_EQ(run_eha({"check", "new.toml"}, folder_->path()).code, 0);
   const Ended again = run_eha({"characterise", run_.string(), "-o", "new.toml"}, folder_->path());

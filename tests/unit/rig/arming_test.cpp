@@ -149,13 +149,50 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
       {[&](Following& f) {
          widen(f, 0.02);
          f.measured_check = config::measured_check_of(f);
+         f.measured_rig_check = config::measured_rig_check_of(card().backend);
        },
        ""},
+      {[&](Following& f) {
+         widen(f, 0.02);
+         f.measured_check = config::measured_check_of(f);  // of before: it names no rig
+       },
+       "its lines with measured_check and measured_rig_check"},
+      {[&](Following& f) {
+         f.measured_check = config::measured_check_of(f);
+         f.measured_rig_check = config::measured_rig_check_of(card().backend) + 1;
+       },
+       "following.measured_rig_check does not fit"},
       {[](Following& f) {
          f.null_V = -2.0;
          f.gain_positive_in_per_V_s = 0.6;
        },
-       "following.null_V = -2 V: if the valve's null were 0 V, the rod would move at"},
+       "following.null_V = -2 V: if the valve's null were 2 V, the rod would move at 4.8 in/s"},
+      {[](Following& f) {
+         f.null_V = 0.4;  // within the dead band of the file
+         f.dead_band_V = 0.5;
+         f.gain_positive_in_per_V_s = 0.6;
+       },
+       "following.null_V = 0.4 V: if the valve's null were -0.4 V, the rod would move at 0.96 in/s"},
+      {[](Following& f) {
+         f.null_V = 0.3;
+         f.dead_band_V = 0.2;
+         f.gain_positive_in_per_V_s = 0.45;
+         f.pressure_delay_s = 1.0;
+       },
+       "if the valve's null were -0.3 V, the rod would move 0.36 in before a dead sensor shows; set at most 0.28"},
+      {[](Following& f) {
+         f.null_V = 0.3;
+         f.dead_band_V = 0.2;
+         f.gain_positive_in_per_V_s = 0.45;
+         f.pressure_delay_s = 0.27;
+       },
+       ""},
+      {[](Following& f) {
+         f.dead_band_V = 0.1;  // the valve's null may be 0.3 V from 0 V
+         f.gain_positive_in_per_V_s = 0.45;
+         f.pressure_delay_s = 1.0;
+       },
+       "if the valve's null were -0.3 V, the rod would move 0.18 in"},
       {[&](Following& f) {
          widen(f, 0.02);
          f.dead_band_V = 0.2;
@@ -169,6 +206,8 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
        "limits.safe_V = 0 V, 0.42 V from the valve's null, moves the rod at 0.87 in/s"},
       {[](Following& f) {
          f = {.gain_positive_in_per_V_s = 1.18, .gain_negative_in_per_V_s = 1.03, .null_V = -0.17, .dead_band_V = 0.05};
+         f.measured_check = config::measured_check_of(f);
+         f.measured_rig_check = config::measured_rig_check_of(card().backend);
        },
        ""},
       {[](Following& f) { f.limit_in = 0.29; }, "following.limit_in = 0.29 in is more than 5 % of the travel; set 0.1"},
@@ -181,8 +220,29 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
   };
   for (const Slip& slip : slips) {
     const std::string text = refusal([&](auto& rig) { slip.make(*rig.limits.following); });
-    EXPECT_EQ(text.empty(), std::string(slip.refused).empty()) << text;
-    EXPECT_NE(text.find(slip.refused), std::string::npos) << text;
+    EXPECT_EQ(text.empty(), std::string(slip.refused).empty()) << text << slip.refused;
+    EXPECT_NE(text.find(slip.refused), std::string::npos) << text << slip.refused;
+  }
+}
+
+TEST(Arming, TakesMeasuredNumbersOnTheirOwnRigOnly) {
+  const auto text_on = [](const std::function<void(hal::ComediOptions&)>& change) {
+    return refusal([&](auto& rig) {
+      config::Following& following = *rig.limits.following;
+      following.measured_check = config::measured_check_of(following);
+      following.measured_rig_check = config::measured_rig_check_of(rig.backend);
+      change(std::get<hal::ComediOptions>(rig.backend));
+    });
+  };
+  EXPECT_EQ(text_on([](auto&) {}), "");
+  EXPECT_EQ(text_on([](auto& card) { card.feedback_settling_us = 20.0; }), "");
+  const std::vector<std::function<void(hal::ComediOptions&)>> others{
+      [](auto& card) { card.device = "/dev/comedi1"; }, [](auto& card) { card.board = "pci1710"; },
+      [](auto& card) { card.feedback.channel = 2; },    [](auto& card) { card.command.channel = 1; },
+      [](auto& card) { card.scale_in_per_V = 0.296; },  [](auto& card) { card.offset_in = 2.96; }};
+  for (const auto& other : others) {
+    const std::string text = text_on(other);
+    EXPECT_NE(text.find("measured_rig_check does not fit"), std::string::npos) << &other - others.data() << text;
   }
 }
 

@@ -123,14 +123,32 @@ TEST(RigTextWith, HasASumThatFitsWhatWasMeasured) {
                               .measured_check = 7};
   for (const char* units : {"", "units = \"mm\"\n"}) {
     const config::RigConfig rig = config::parse_rig(units + config::load_rig(kRigs + "sim.toml").text, "r.toml");
+    following.measured_rig_check = config::measured_rig_check_of(rig.backend);
     const std::string text = rig_text_with(rig, following);
     const config::RigConfig changed = config::parse_rig(text, "r.toml");
-    EXPECT_TRUE(config::is_as_measured(*changed.limits.following)) << text;
+    EXPECT_TRUE(config::is_as_measured(changed)) << text;
     EXPECT_EQ(rig_text_with(changed, *changed.limits.following), text);
   }
   following.dead_band_uncertainty_V.reset();
   const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
   EXPECT_EQ(rig_text_with(rig, following).find("measured_check"), std::string::npos) << "nothing says it is measured";
+}
+
+TEST(CalibratedRigText, TakesTheMeasuredGainsAlong) {
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  const Calibration twice{.scale_in_per_V = 2.0 * hal::conversion_of(rig.backend).scale_in_per_V,
+                          .offset_in = hal::conversion_of(rig.backend).offset_in};
+  config::Following following = *rig.limits.following;
+  following.dead_band_uncertainty_V = 0.01;
+  following.measured_rig_check = config::measured_rig_check_of(rig.backend);
+  const config::RigConfig measured = config::parse_rig(rig_text_with(rig, following), "r.toml");
+  const config::RigConfig changed = config::parse_rig(calibrated_rig_text(measured, twice, "2026-05-04"), "r.toml");
+  EXPECT_TRUE(config::is_as_measured(changed)) << changed.text;
+  EXPECT_NEAR(changed.limits.following->gain_positive_in_per_V_s, 2.0 * following.gain_positive_in_per_V_s, 1e-5);
+  EXPECT_NEAR(changed.limits.following->gain_negative_in_per_V_s, 2.0 * following.gain_negative_in_per_V_s, 1e-5);
+  EXPECT_EQ(changed.limits.following->null_V, following.null_V);
+  const config::RigConfig by_hand = config::parse_rig(calibrated_rig_text(rig, twice, "2026-05-04"), "r.toml");
+  EXPECT_EQ(by_hand.limits.following->gain_positive_in_per_V_s, following.gain_positive_in_per_V_s);
 }
 
 TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {

@@ -108,7 +108,7 @@ TEST(RigLines, AreReadBackAsTheSheet) {
   EXPECT_NEAR(uncertainty.dead_band_V, 0.007 / 1.96, 1e-9);
   EXPECT_NEAR(uncertainty.gain_share, 0.02 / 1.96, 1e-9);
   EXPECT_EQ(changed.limits.following->pressure_delay_s, 0.4) << "kept";
-  EXPECT_TRUE(config::is_as_measured(*changed.limits.following));
+  EXPECT_TRUE(config::is_as_measured(changed));
 }
 
 TEST(RigLines, AreInMillimetresForARigThatIs) {
@@ -125,7 +125,7 @@ TEST(RigLines, AreInMillimetresForARigThatIs) {
   EXPECT_NEAR(valve.gain_positive_in_per_V_s, 0.15, 1e-4);
   EXPECT_NEAR(valve.gain_negative_in_per_V_s, 0.12, 1e-4);
   EXPECT_NEAR(changed.limits.following->limit_in, sheet::following_of(run).limit_in, 1e-6);
-  EXPECT_TRUE(config::is_as_measured(*changed.limits.following));
+  EXPECT_TRUE(config::is_as_measured(changed));
   EXPECT_NE(experiment_lines(run).find("displacement_mm = "), std::string::npos);
 }
 
@@ -143,11 +143,12 @@ TEST(RigLines, CarryASumThatAnotherDigitBreaks) {
     const auto read = [&](const std::string& following) {
       const std::size_t first = text.find("[following]");
       const std::size_t end = text.find("# How ticks are kept.");
-      return *config::parse_rig(text.substr(0, first) + following + text.substr(end), "r.toml").limits.following;
+      return config::parse_rig(text.substr(0, first) + following + text.substr(end), "r.toml");
     };
     EXPECT_TRUE(config::is_as_measured(read(lines))) << lines;
-    for (const char* key : {"gain_positive_", "gain_negative_", "null_V", "dead_band_V", "null_uncertainty_V",
-                            "dead_band_uncertainty_V", "gain_uncertainty_percent", "measured_check"}) {
+    for (const char* key :
+         {"gain_positive_", "gain_negative_", "null_V", "dead_band_V", "null_uncertainty_V", "dead_band_uncertainty_V",
+          "gain_uncertainty_percent", "measured_check", "measured_rig_check"}) {
       const std::size_t value = lines.find(" = ", lines.find(key)) + 3;
       for (std::size_t at = value; lines[at] != ' ' && lines[at] != '\n'; ++at) {
         if (lines[at] < '0' || lines[at] > '8') continue;

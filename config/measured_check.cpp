@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "config/measured_check.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "core/journal_block.hpp"
+#include "hal/backends/backend.hpp"
+
+namespace eha::config {
+namespace {
+
+std::uint32_t sum_of(const std::string& text) { return journal::Crc32c().add(text.data(), text.size()).value(); }
+
+}  // namespace
+
+std::uint32_t measured_check_of(const Following& following) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  return sum_of(fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g} {:.6g}", following.gain_positive_in_per_V_s,
+                            following.gain_negative_in_per_V_s, following.null_V, following.dead_band_V,
+                            following.null_uncertainty_V.value_or(kUnknown),
+                            following.dead_band_uncertainty_V.value_or(kUnknown),
+                            following.gain_uncertainty_percent.value_or(kUnknown)));
+}
+
+std::uint32_t measured_rig_check_of(const hal::Backend& backend) {
+  const hal::Conversion conversion = hal::conversion_of(backend);
+  return sum_of(
+      fmt::format("{} {:.6g} {:.6g}", hal::wiring_of(backend), conversion.scale_in_per_V, conversion.offset_in));
+}
+
+bool is_as_measured(const RigConfig& rig) {
+  const std::optional<Following>& following = rig.limits.following;
+  return following && following->measured_check && following->measured_rig_check &&
+         *following->measured_check == measured_check_of(*following) &&
+         *following->measured_rig_check == measured_rig_check_of(rig.backend);
+}
+
+}  // namespace eha::config
