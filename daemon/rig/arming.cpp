@@ -39,8 +39,9 @@ constexpr double kUsualNull_V = 0.3;                   ///< of a valve of which 
 constexpr double kGreatestSpeedAtNull_in_per_s = 0.6;  ///< beside a placing's first volts
 constexpr double kGreatestWayAtNull_in = 0.1;          ///< until the pressure has built up
 constexpr double kLongestPressureDelay_s = 3.0;
-constexpr double kLeastGainShare = 0.01;  ///< of the velocity limit, at half the command range
-constexpr double kLongestTick_s = 0.05;   ///< reaction time of every check
+constexpr double kGreatestGainRatio = 5.0;  ///< of one direction to the other, of a rod that no load moves
+constexpr double kLeastGainShare = 0.01;    ///< of the velocity limit, at half the command range
+constexpr double kLongestTick_s = 0.05;     ///< reaction time of every check
 /// The pulses for a valve that is not known: at 0.05 s they move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in.
 constexpr double kLongestTickOfPulses_s = 0.02;
 
@@ -111,6 +112,13 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
                     following.dead_band_V, speed, kMeasureIt));
   }
   if (!is_as_measured) judge_null(following, refusals);
+  const auto [lower, higher] = std::minmax(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
+  if (higher > kGreatestGainRatio * lower && !is_as_measured) {
+    refusals.push_back(fmt::format(
+        "following.gain_positive_in_per_V_s = {:g} and gain_negative_in_per_V_s = {:g} in/(V s): no rod is "
+        "{:.2g} times as fast one way as the other; {}",
+        following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s, higher / lower, kMeasureIt));
+  }
   if (const double most = kGreatestFollowingShare * travel_in; following.limit_in > most) {
     refusals.push_back(
         fmt::format("following.limit_in = {:g} in is more than 5 % of the travel; set 0.1, at most {:.3g}",

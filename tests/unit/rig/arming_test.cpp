@@ -184,6 +184,7 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
          f.null_V = 0.3;
          f.dead_band_V = 0.2;
          f.gain_positive_in_per_V_s = 0.45;
+         f.gain_negative_in_per_V_s = 0.4;
          f.pressure_delay_s = 0.27;
        },
        ""},
@@ -216,7 +217,13 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
       {[](Following& f) { f.pressure_delay_s = 3.0; }, ""},
       {[](Following& f) { f.gain_positive_in_per_V_s = 0.0079; }, "following.gain_positive_in_per_V_s = 0.0079"},
       {[](Following& f) { f.gain_negative_in_per_V_s = 0.0079; }, "at least 0.008"},
-      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0081; }, ""},
+      {[](Following& f) {
+         f.gain_positive_in_per_V_s = 0.0081;
+         f.gain_negative_in_per_V_s = 0.0081;
+       },
+       ""},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0081; }, "no rod is 8.6 times as fast one way as the other"},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.015; }, ""},
   };
   for (const Slip& slip : slips) {
     const std::string text = refusal([&](auto& rig) { slip.make(*rig.limits.following); });
