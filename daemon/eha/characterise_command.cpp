@@ -181,7 +181,8 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("characterise", "Measure the valve: null, dead band, gains, hysteresis, response");
   sub->footer(kCharacteriseFooter);
   auto& characterise = options_of<CharacteriseCommand>(*sub, line);
-  takes_run_name(sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again"))
+  takes_run_name(sub->add_option("run", characterise.run, "Run folder of a characterisation: show its sheet again"),
+                 line)
       ->type_name("RUN");
   sub->add_option("--ruler", characterise.ruler,
                   "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")

@@ -20,6 +20,7 @@ struct ParsedLine {
   std::string text = {};                       ///< help or version, for standard output
   std::string as_given = {};                   ///< the line, quoted for a shell
   std::vector<NamedFile> named_files = {};     ///< of the command
+  std::vector<std::string> notes = {};         ///< on its arguments, to be said first
   std::vector<std::string> after_dashes = {};  ///< the arguments after `--` of `eha batch`
 };
 

@@ -447,7 +447,7 @@ void add_compare(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
   sub->footer(kCompareFooter);
   auto& command = options_of<CompareCommand>(*sub, line);
-  takes_run_name(sub->add_option("sources", command.sources, "Run folders, records or model files (.json)"))
+  takes_run_name(sub->add_option("sources", command.sources, "Run folders, records or model files (.json)"), line)
       ->required()
       ->expected(2, 1000)
       ->type_name("RUN|MODEL|FILE");

@@ -238,7 +238,7 @@ void add_export(CLI::App& app, ParsedLine& line) {
       "export", "Write a model or a controller for another program, or a record as CSV, MAT or HDF5");
   sub->footer(export_footer());
   auto& command = options_of<ExportCommand>(*sub, line);
-  takes_run_name(sub->add_option("source", command.source, "Model file, controller file, run folder or record"))
+  takes_run_name(sub->add_option("source", command.source, "Model file, controller file, run folder or record"), line)
       ->required()
       ->type_name("MODEL|CONTROLLER|RECORD|RUN");
   std::vector<std::string> names;

@@ -288,7 +288,7 @@ void add_fit(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("fit", "Fit and judge models on a run or a file");
   sub->footer(kFitFooter);
   auto& fit = options_of<FitCommand>(*sub, line);
-  takes_run_name(sub->add_option("source", fit.source, "Run folder or its name, or file with a record"))
+  takes_run_name(sub->add_option("source", fit.source, "Run folder or its name, or file with a record"), line)
       ->required()
       ->type_name("SOURCE");
   sub->add_option("--experiment", fit.experiment_file, "Experiment file whose models, record and acceptance apply")

@@ -8,7 +8,6 @@
 #include "core/error.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
-#include "daemon/eha/run_argument.hpp"
 
 namespace {
 
@@ -23,7 +22,7 @@ ExitCode run_program(int argc, char** argv) {
   try {
     line = eha::cli::parse_command_line(argc, argv);
     console = Console(line.console);
-    for (const std::string& note : eha::cli::taken_notes_on_runs()) console.info(note);
+    for (const std::string& note : line.notes) console.info(note);
     ExitCode code = ExitCode::ok;
     if (line.command) {
       code = line.command(console);

@@ -309,7 +309,8 @@ void add_plot(CLI::App& app, ParsedLine& line) {
       app.add_subcommand("plot", "Plot a run, a record, a model or a controller, on the terminal or into a file");
   sub->footer(kPlotFooter);
   auto& plot = options_of<PlotCommand>(*sub, line);
-  takes_run_name(sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file"))
+  takes_run_name(sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file"),
+                 line)
       ->required()
       ->type_name("RUN|CSV|MODEL|CONTROLLER");
   sub->add_option("-o,--output", plot.output, "Picture to write; its name ends in .png, .svg or .pdf")

@@ -208,7 +208,9 @@ void add_replay(CLI::App& app, ParsedLine& line) {
       app.add_subcommand("replay", "Play a record's voltages through the simulated rig, or fit the rig to the record");
   sub->footer(kReplayFooter);
   auto& command = options_of<ReplayCommand>(*sub, line);
-  takes_run_name(sub->add_option("source", command.source, "Run folder or record"))->required()->type_name("RUN|FILE");
+  takes_run_name(sub->add_option("source", command.source, "Run folder or record"), line)
+      ->required()
+      ->type_name("RUN|FILE");
   sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the shipped one)")->type_name("RIG");
   CLI::Option* calibrate = sub->add_option("--calibrate", command.calibrate, "Fit these keys of [sim]; may be repeated")
                                ->type_name("KEY[=LOW:HIGH]");

@@ -120,7 +120,7 @@ void add_report(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("report", "Write a report with plots of a run or of models");
   sub->footer(kReportFooter);
   auto& report = options_of<ReportCommand>(*sub, line);
-  takes_run_name(sub->add_option("sources", report.sources, "Run folder, or model files (JSON)"))
+  takes_run_name(sub->add_option("sources", report.sources, "Run folder, or model files (JSON)"), line)
       ->required()
       ->type_name("RUN|MODEL...");
   sub->add_option("-o,--output", report.output, "File to write")->type_name("FILE.html");

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/record/run_folder.hpp"
 
 namespace eha::cli {
 namespace {
@@ -27,54 +28,50 @@ bool may_be_run(std::string_view name) {
          });
 }
 
-std::vector<std::string>& notes_on_runs() {
-  static std::vector<std::string> list;
-  return list;
+/// The same name among the service's runs; empty without one.
+fs::path at_service(const fs::path& name, const fs::path& socket) {
+  const fs::path folder = run_folder_of_service(socket);
+  std::error_code ignored;
+  return !folder.empty() && fs::exists(folder / name, ignored) ? folder / name : fs::path();
 }
 
-/// The same name among the service's runs; empty without one.
-fs::path at_service(const fs::path& name) {
+}  // namespace
+
+fs::path run_folder_of_service(const fs::path& socket) {
   std::error_code ignored;
-  const fs::path socket = control::default_socket();
   if (!fs::exists(socket, ignored)) return {};
   try {
-    const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
-    return fs::exists(folder / name, ignored) ? folder / name : fs::path();
+    return control::Client(socket).call("runs").at("folder").get<std::string>();
   } catch (const Error&) {
     return {};  // no service answers
   }
 }
 
-}  // namespace
-
-std::vector<std::string> taken_notes_on_runs() { return std::exchange(notes_on_runs(), {}); }
-
-std::string run_named(const std::string& given) {
+NamedRun run_named(const std::string& given, const fs::path& socket) {
   std::error_code ignored;
   fs::path name = fs::path(given).lexically_normal();
-  if (fs::exists(name, ignored) || name.is_absolute()) return given;
+  if (fs::exists(name, ignored) || name.is_absolute()) return {given};
   if (!name.empty() && *name.begin() == "runs") name = name.lexically_relative("runs");
-  if (name.empty() || !may_be_run(name.begin()->string())) return given;
+  if (name.empty()) return {given};
+  if (!may_be_run(name.begin()->string()) && !record::is_run_folder("runs" / *name.begin())) return {given};
   const fs::path here = "runs" / name;
   if (fs::exists(here, ignored)) {
     // A link that each folder of runs has, so that the name alone says little.
-    if (*name.begin() == "latest") {
-      const fs::path there = at_service(name);
-      if (!there.empty() && !fs::equivalent(here, there, ignored)) {
-        notes_on_runs().push_back(
-            fmt::format("{} is {}; the service has another one, {}", given, here.string(), there.string()));
-      }
-    }
-    return here.string();
+    const fs::path there = *name.begin() == "latest" ? at_service(name, socket) : fs::path();
+    if (there.empty() || fs::equivalent(here, there, ignored)) return {here.string()};
+    return {here.string(),
+            fmt::format("{} is {}; the service has another one, {}", given, here.string(), there.string())};
   }
-  const fs::path there = at_service(name);
-  return there.empty() ? given : there.string();
+  const fs::path there = at_service(name, socket);
+  return {there.empty() ? given : there.string()};
 }
 
-CLI::Option* takes_run_name(CLI::Option* option) {
+CLI::Option* takes_run_name(CLI::Option* option, ParsedLine& line) {
   return option->transform(CLI::Validator(
-      [](std::string& given) {
-        given = run_named(given);
+      [&line](std::string& given) {
+        NamedRun run = run_named(given, control::default_socket());
+        if (!run.note.empty()) line.notes.push_back(std::move(run.note));
+        given = std::move(run.path);
         return std::string();
       },
       ""));

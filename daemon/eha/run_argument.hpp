@@ -2,20 +2,29 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
-#include <vector>
+
+#include "daemon/eha/command_line.hpp"
 
 namespace eha::cli {
 
+/// A run that a name stands for.
+struct NamedRun {
+  std::string path;       ///< as given if it exists, is no run's name, or is not found
+  std::string note = {};  ///< which of two runs of one name was taken; empty: there is one
+};
+
 /// Resolves the path of a run. "latest", "20260101T120000Z-paper" or "runs/latest" that is not in the working directory
-/// is searched in ./runs and among the runs of the service, with the rest of the path (runs/latest/models/io.json).
-/// @returns `given` if it exists, is no run's name, or is not found
-[[nodiscard]] std::string run_named(const std::string& given);
+/// is searched in ./runs and among the runs of the service, with the rest of the path (runs/latest/models/io.json);
+/// another name in ./runs only.
+[[nodiscard]] NamedRun run_named(const std::string& given, const std::filesystem::path& socket);
 
-/// Returns what run_named() has to say: which of two runs of one name was taken. Empties the list.
-[[nodiscard]] std::vector<std::string> taken_notes_on_runs();
+/// Returns the folder of the service's runs; empty without a service that answers.
+[[nodiscard]] std::filesystem::path run_folder_of_service(const std::filesystem::path& socket);
 
-/// Allows an argument to name a run of the service as `eha runs list` does.
-CLI::Option* takes_run_name(CLI::Option* option);
+/// Allows an argument to name a run of the service as `eha runs list` does. What is to be said of it becomes a note of
+/// the line.
+CLI::Option* takes_run_name(CLI::Option* option, ParsedLine& line);
 
 }  // namespace eha::cli

@@ -14,6 +14,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/short_report.hpp"
@@ -135,16 +136,11 @@ bool has_torn_run(const fs::path& folder) {
 /// is its own.
 void name_runs_of_service(const fs::path& listed, const Console& console) {
   const fs::path socket = control::default_socket();
+  const fs::path folder = run_folder_of_service(socket);
   std::error_code ignored;
-  if (!fs::exists(socket, ignored)) return;
-  try {
-    const fs::path folder = control::Client(socket).call("runs").at("folder").get<std::string>();
-    if (fs::equivalent(folder, listed, ignored)) return;
-    console.info(fmt::format("these are the runs in {}; the service keeps its own in {}: eha runs --socket {}",
-                             listed.string(), folder.string(), shell_word(socket.string())));
-  } catch (const Error& error) {
-    console.debug(error.what());
-  }
+  if (folder.empty() || fs::equivalent(folder, listed, ignored)) return;
+  console.info(fmt::format("these are the runs in {}; the service keeps its own in {}: eha runs --socket {}",
+                           listed.string(), folder.string(), shell_word(socket.string())));
 }
 
 /// Says which run `latest` is, and why no later one with an accepted model is it.
@@ -212,27 +208,6 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
-/// Finds the folder of a run: as given, in ./runs, or among the service's; as given if it is in none of them.
-fs::path run_folder_of(const RunsShowCommand& command, const Console& console) {
-  std::error_code ignored;
-  const auto is_run = [&](const fs::path& folder) { return fs::exists(folder / record::kManifestFile, ignored); };
-  if (is_run(command.run) || command.run.has_parent_path()) return command.run;
-  const fs::path here = "runs" / command.run;
-  if (!fs::exists(command.socket, ignored)) return is_run(here) ? here : command.run;
-  try {
-    const fs::path there = fs::path(runs_of_service(command.socket).folder) / command.run;
-    if (!is_run(here)) return is_run(there) ? there : command.run;
-    if (is_run(there) && !fs::equivalent(here, there, ignored)) {
-      console.info(fmt::format("{} is that of ./runs here; the service has another one: eha runs show {}",
-                               command.run.string(), shell_word(there.string())));
-    }
-    return here;
-  } catch (const Error& error) {
-    console.debug(error.what());
-    return is_run(here) ? here : command.run;
-  }
-}
-
 /// Returns the next command for a run. @param entry  of the service's queue; null if no service has the run
 std::string next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
   const std::string run = shell_word(command.run.string());
@@ -249,7 +224,9 @@ std::string next_of(const RunsShowCommand& command, const record::Manifest& mani
 
 ExitCode execute(const RunsShowCommand& given, Console& console) {
   RunsShowCommand command = given;
-  command.run = run_folder_of(given, console);
+  const NamedRun named = run_named(given.run.string(), given.socket);
+  if (!named.note.empty()) console.info(named.note);
+  command.run = named.path;
   if (std::error_code unknown; !command.run.has_parent_path() && !fs::exists(command.run, unknown) && !unknown) {
     throw IoError(fmt::format("{}: no run of this name in ., in ./runs or with the service; `eha runs` lists them",
                               command.run.string()));

@@ -177,16 +177,6 @@ std::string name_of(const std::string& run) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-/// Returns the run of an acknowledged fault, which a person should look at before the next one; empty: it names none.
-std::string run_of_fault(const std::string& fault) {
-  constexpr std::string_view kRun = "; run ";
-  const std::size_t at = fault.rfind(kRun);
-  if (at == std::string::npos) return {};
-  const std::string name = fault.substr(at + kRun.size());
-  const bool is_name = name.find('Z') != std::string::npos && name.find_first_of(" :,;()") == std::string::npos;
-  return is_name ? name : std::string();
-}
-
 void print_numbers(const Json& numbers, const char* done, const char* none, const Console& console) {
   if (numbers.empty()) console.print(none);
   for (const Json& entry : numbers) console.print(fmt::format("experiment {} {}", entry.get<std::int64_t>(), done));
@@ -207,7 +197,8 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
       console.print(fmt::format("held: {} \"{}\", submitted {}", entry.at("entry").get<std::int64_t>(),
                                 entry.value("name", ""), entry.value("submitted", "")));
     }
-    const std::string run = run_of_fault(answer.value("acknowledged", ""));
+    // A person should look at the run of a fault before the next one.
+    const std::string run = answer.value("acknowledged_run", "");
     if (!run.empty()) next(("eha runs show " + shell_word(run)).c_str());
     const bool goes_on = run.empty() || !way.empty() || !answer.value("held", Json::array()).empty();
     if (!goes_on) return;

@@ -94,7 +94,9 @@ void add_simulate(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("simulate", "Simulate a model's output for an input");
   sub->footer(kSimulateFooter);
   auto& simulate = options_of<SimulateCommand>(*sub, line);
-  takes_run_name(sub->add_option("model", simulate.model_file, "Model file (JSON)"))->required()->type_name("MODEL");
+  takes_run_name(sub->add_option("model", simulate.model_file, "Model file (JSON)"), line)
+      ->required()
+      ->type_name("MODEL");
   sub->add_option("input", simulate.input_file, "File with the input")->required()->type_name("INPUT");
   sub->add_option("-o,--output", simulate.output, "File to write (default: standard output)")->type_name("FILE");
   add_choice(*sub, "--method", simulate.method, kMethods, "How to simulate (default exact)");

@@ -428,7 +428,8 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   sub->footer(kTuneFooter);
   auto& command = options_of<TuneCommand>(*sub, line);
   takes_run_name(sub->add_option("model", command.model_file,
-                                 "Model file, as `eha fit` wrote it, or the run whose recommended model is meant"))
+                                 "Model file, as `eha fit` wrote it, or the run whose recommended model is meant"),
+                 line)
       ->required()
       ->type_name("MODEL|RUN");
   add_choice(*sub, "--for", command.purpose, kPurposes, "Follow references, or stay in a place (default track)");
@@ -440,7 +441,8 @@ void add_tune(CLI::App& app, ParsedLine& line) {
                   "Rig file whose limits and sensor apply (default that of the model's run, else as `eha run --local`)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
-  takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"))
+  takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"),
+                 line)
       ->type_name("RUN");
   sub->add_option("--tick", command.tick_s, "Period of the controller, 0.0002 to 0.1 s (default the rig's)")
       ->type_name("SECONDS")

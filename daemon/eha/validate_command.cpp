@@ -158,8 +158,10 @@ void add_validate(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("validate", "Score a model on a record it has not seen");
   sub->footer(kValidateFooter);
   auto& validate = options_of<ValidateCommand>(*sub, line);
-  takes_run_name(sub->add_option("model", validate.model_file, "Model file (JSON)"))->required()->type_name("MODEL");
-  takes_run_name(sub->add_option("source", validate.source, "Run folder or its name, or file with a record"))
+  takes_run_name(sub->add_option("model", validate.model_file, "Model file (JSON)"), line)
+      ->required()
+      ->type_name("MODEL");
+  takes_run_name(sub->add_option("source", validate.source, "Run folder or its name, or file with a record"), line)
       ->required()
       ->type_name("SOURCE");
   sub->add_option("--experiment", validate.experiment_file, "Experiment file whose record and acceptance apply")

@@ -140,8 +140,10 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
     answer([&] { return armed_answer(peer.uid); });
     return;
   }
-  const std::string fault = queue_.open_fault() != nullptr ? bad_end_of(*queue_.open_fault()) : "";
-  rig_.arm([this, peer, was_held, fault, grant, answer = std::move(answer)](std::future<void> done) {
+  const Entry* open_fault = queue_.open_fault();
+  const std::string fault = open_fault != nullptr ? bad_end_of(*open_fault) : "";
+  const std::string run = open_fault != nullptr ? open_fault->run : "";
+  rig_.arm([this, peer, was_held, fault, run, grant, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
@@ -154,6 +156,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;
+      if (!run.empty()) armed["acknowledged_run"] = run;
       return armed;
     });
   });

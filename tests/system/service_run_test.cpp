@@ -231,6 +231,46 @@ TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
   EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
 }
 
+TEST(Service, OffersTheRunOfAFaultAfterArming) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const Json over = follow(daemon, submit(client, faulting_experiment_text("bad"), false));
+  const Ended armed = run_eha({"arm", "--socket", daemon.socket()}, "/");
+  EXPECT_EQ(armed.code, 0) << armed.err;
+  EXPECT_NE(armed.out.find("eha runs show " + over.at("run").get<std::string>()), std::string::npos) << armed.out;
+}
+
+TEST(Service, NamesBothRunsThatLatestMayBe) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const Json over = follow(daemon, submit(client, experiment_text("there")));
+  const fs::path there = over.at("folder").get<std::string>();
+  fs::remove(daemon.runs() / "latest");
+  fs::create_directory_symlink(there.filename(), daemon.runs() / "latest");
+  const TemporaryFolder folder;
+  const std::string name = "20260101T000000Z-here";
+  fs::create_directories(folder.path() / "runs" / name);
+  fs::copy_file(there / "run.json", folder.path() / "runs" / name / "run.json");
+  // The service's run where no other has that name.
+  const auto show = [&] { return run_eha({"runs", "show", "latest", "--socket", daemon.socket()}, folder.path()); };
+  const Ended of_service = show();
+  EXPECT_EQ(of_service.code, 0) << of_service.err;
+  EXPECT_NE(of_service.out.find((daemon.runs() / "latest").string()), std::string::npos) << of_service.out;
+  fs::create_directory_symlink(name, folder.path() / "runs" / "latest");
+  const Ended both = show();
+  EXPECT_EQ(both.code, 0) << both.err;
+  EXPECT_NE(both.out.find("runs/latest"), std::string::npos) << both.out;
+  const std::string note = "latest is runs/latest; the service has another one, " + (daemon.runs() / "latest").string();
+  EXPECT_NE(both.err.find(note), std::string::npos) << both.err;
+  fs::rename(folder.path() / "runs" / name, folder.path() / "runs" / "renamed");
+  const Ended renamed = run_eha({"runs", "show", "renamed", "--socket", daemon.socket()}, folder.path());
+  EXPECT_EQ(renamed.code, 0) << renamed.err;
+}
+
 TEST(Service, CancelsWhatIsHeldOnTheClientsCtrlC) {
   Daemon daemon;
   daemon.start();
@@ -265,8 +305,11 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   EXPECT_NE(reason.find("; run " + over.at("run").get<std::string>()), std::string::npos) << reason;
   client.call("disarm");
   EXPECT_EQ(client.call("status").at("reason"), reason) << "letting go of the rig acknowledges nothing";
-  EXPECT_EQ(client.call("arm").at("acknowledged"), reason);
-  EXPECT_FALSE(client.call("arm").contains("acknowledged")) << "armed already";
+  const Json armed = client.call("arm");
+  EXPECT_EQ(armed.at("acknowledged"), reason);
+  EXPECT_EQ(armed.at("acknowledged_run"), over.at("run"));
+  const Json again = client.call("arm");
+  EXPECT_FALSE(again.contains("acknowledged") || again.contains("acknowledged_run")) << "armed already";
   const std::int64_t other = submit(client, experiment_text("other"));
   EXPECT_EQ(follow(daemon, other).at("outcome"), "completed");
   EXPECT_EQ(entry_of(daemon, good).at("state"), "held") << "the run of another one does not release it";
