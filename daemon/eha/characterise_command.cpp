@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "config/measured_check.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
@@ -83,6 +84,12 @@ config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_fi
       if (now.text != run.rig.text) {
         console.info(fmt::format("{} has changed since this run: the valve's numbers are written into it as it is now",
                                  rig_file.replaces));
+      }
+      if (config::measured_rig_check_of(now.backend) != config::measured_rig_check_of(run.rig.backend)) {
+        console.warning(fmt::format(
+            "{} has another card, other channels or another calibration than this run: with its numbers the "
+            "rig is not armed; play eha characterise anew",
+            rig_file.replaces));
       }
       return now;
     }

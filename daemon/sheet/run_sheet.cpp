@@ -96,7 +96,7 @@ std::string rig_lines(const RunSheet& run) {
       "dead_band_uncertainty_V = {12}\n"
       "gain_uncertainty_percent = {13}\n"
       "measured_check = {14}  # fits the measured numbers as they stand here\n"
-      "measured_rig_check = {15}  # fits the card, the channels and the sensor's calibration\n",
+      "measured_rig_check = {15}  # fits card, channels and calibration\n",
       in, positive, factor * run.sheet.gain_positive_in_per_V_s.value, negative,
       factor * run.sheet.gain_negative_in_per_V_s.value, null, dead_band, run.sheet.dead_band_V.value,
       config::kDeadBandSpare_V, factor * following.limit_in, following.pressure_delay_s, null_slack, dead_band_slack,

@@ -40,6 +40,12 @@ TEST(ServiceCharacterise, PutsNoOtherLimitsInForceThanTheOwners) {
   EXPECT_NE(ended.err.find("has changed since this run"), std::string::npos) << ended.err;
   EXPECT_NE(ended.out.find("cp new.toml " + daemon.rig_file().string()), std::string::npos) << ended.out;
 
+  EXPECT_EQ(ended.err.find("is not armed"), std::string::npos) << ended.err;
+  with("\nscale_in_per_V = 0.6 ", "\nscale_in_per_V = 0.605 ");
+  const Ended recalibrated = sheet("recalibrated.toml");
+  ASSERT_EQ(recalibrated.code, 0) << recalibrated.err;
+  EXPECT_NE(recalibrated.err.find("another calibration than this run"), std::string::npos) << recalibrated.err;
+
   with("name = \"", "name = \"another ");
   const Ended other = sheet("other.toml");
   ASSERT_EQ(other.code, 0) << other.err;
