@@ -16,6 +16,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
@@ -25,6 +26,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/lags_note.hpp"
 
 namespace eha::cli {
 namespace {
@@ -136,6 +138,11 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
   }
   console.print(text);
+  ident::Model judged_as_shown = shown;
+  if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
+  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty()) {
+    text += wrapped(note, 0) + "\n";
+  }
   if (!model.verdict->accepted) {
     // The record has a model of its own, or should have one.
     const std::string fit = "eha fit " + shell_word(command.source);

@@ -16,7 +16,6 @@ namespace eha::ident {
 namespace {
 
 constexpr double kResidualLevel = 0.01;  // of each residual test
-constexpr double kFarOverNoise = 10.0;   // times the noise, which rejects a fit below the next
 constexpr double kCloseFit_percent = 95.0;
 constexpr double kFeedbackLevel = 0.001;      // of the test of the residual with future input
 constexpr double kMostError_percent = 5.0;    // of the output's standard deviation
@@ -166,8 +165,8 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.
     const double ratio = std::sqrt(validation.score.mse) / *facts.noise_std;
-    if (ratio > kFarOverNoise && !(validation.score.fit_percent >= kCloseFit_percent)) {
-      judgement.criterion(Kind::far_error_over_noise, ratio, kFarOverNoise, false);
+    if (ratio > kFarErrorOverNoise && !(validation.score.fit_percent >= kCloseFit_percent)) {
+      judgement.criterion(Kind::far_error_over_noise, ratio, kFarErrorOverNoise, false);
     } else {
       at_most(Kind::error_over_noise, ratio, kGreatestErrorOverNoise);
     }

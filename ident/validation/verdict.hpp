@@ -18,6 +18,9 @@ inline constexpr double kMostInterpolated_percent = 1.0;
 /// A validating residual above this many times the measured noise shows a part of the plant that the model lacks.
 inline constexpr double kGreatestErrorOverNoise = 3.0;
 
+/// From this many times the noise on the model is rejected, unless its fit is 95 %.
+inline constexpr double kFarErrorOverNoise = 10.0;
+
 /// A model whose parameters differ from those of its structure fitted to another record, and whose error there is more
 /// than this many times the refit's, is of another plant, whatever its R2.
 inline constexpr double kGreatestErrorOverRefit = 1.5;

@@ -197,12 +197,21 @@ class Reasons {
       case Kind::error_over_noise:
       case Kind::far_error_over_noise: {
         if (!model_.validation) return {};
-        const double error = std::sqrt(model_.validation->score.mse);
+        const Score& score = model_.validation->score;
+        const double error = std::sqrt(score.mse);
+        const double largest = std::max(std::abs(score.error_min), std::abs(score.error_max));
+        // A close fit alone keeps it from rejection.
+        const std::string risk =
+            c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
+                ? fmt::format(
+                      ", and every motion repeats it: with a fit of {:.3g} % it is not rejected, but expect the rod up "
+                      "to {:.2g} {} from where the model puts it",
+                      score.fit_percent, largest, unit)
+                : std::string();
         return fmt::format(
             "The model misses a part of the plant: its validation error of {:.3g} {} (rms) is {:.3g} times the noise "
-            "of "
-            "{:.3g} {} that differs between the record's periods, more than {:.3g}; {}, or ignore it {}.",
-            error, unit, c.value, error / c.value, unit, c.limit, remedy(), where_it_matters());
+            "of {:.3g} {} that differs between the record's periods, more than {:.3g}{}; {}, or ignore it {}.",
+            error, unit, c.value, error / c.value, unit, c.limit, risk, remedy(), where_it_matters());
       }
       case Kind::error_over_refit:
         return fmt::format(

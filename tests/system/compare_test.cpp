@@ -98,6 +98,8 @@ TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   EXPECT_EQ(here.code, 0) << here.out << here.err;
   const Ended there = run_eha({"validate", "v/integrator_lag_valve.json", after_}, folder_->path());
   EXPECT_EQ(there.code, static_cast<int>(ExitCode::model_rejected)) << there.out;
+  EXPECT_NE(here.out.find("Lags outside the bounds: the error is no noise"), std::string::npos) << here.out;
+  EXPECT_NE(here.out.find("do not reject it"), std::string::npos) << here.out;
   EXPECT_NE(there.out.find("It is a model of another plant, or the plant has changed"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("dead_band moved by 0.0"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("R2 99."), std::string::npos) << "a good score does not hide it\n" << there.out;

@@ -305,7 +305,12 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::rejected);
   EXPECT_EQ(judge(model, {}, {.noise_std = 0.021}).grade, Grade::usable);
   model.validation->score.fit_percent = 96.0;
-  EXPECT_EQ(judge(model, {}, {.noise_std = 0.019}).grade, Grade::usable);
+  const Verdict close = judge(model, {}, {.noise_std = 0.019});
+  EXPECT_EQ(close.grade, Grade::usable);
+  EXPECT_NE(close.reasons.front().find("with a fit of 96 % it is not rejected, but expect the rod up to 0.2 in from "
+                                       "where the model puts it; try"),
+            std::string::npos)
+      << close.reasons.front();
 }
 
 TEST(Verdict, IsNotGoodWhereTheErrorJumps) {

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/lags_note.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstddef>
+
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+constexpr double kByChance = 0.05;  // of the lags outside the 99 % bound: five times what noise puts there
+
+bool is_outside(const Correlation& correlation, int first_lag) {
+  std::size_t lags = 0;
+  std::size_t outside = 0;
+  for (std::size_t i = 0; i < correlation.lags.size(); ++i) {
+    if (correlation.lags[i] < first_lag) continue;
+    ++lags;
+    outside += std::abs(correlation.values[i]) > correlation.bound99 ? 1 : 0;
+  }
+  return static_cast<double>(outside) > kByChance * static_cast<double>(lags);
+}
+
+/// "0.0012 in rms, 0.15 % of the output's standard deviation"
+std::string error_text(const Model& model) {
+  const Score& score = model.validation->score;
+  return fmt::format("{:.2g} {} rms, {:.2g} % of the output's standard deviation", std::sqrt(score.mse),
+                     model.output_unit, 100.0 - score.fit_percent);
+}
+
+}  // namespace
+
+std::string lags_note(const Model& model, const Verdict& verdict) {
+  using Kind = CriterionKind;
+  if (!model.validation) return {};
+  const bool with_input = is_outside(model.validation->ccf, 0);
+  if (!with_input && !is_outside(model.validation->acf, 1)) return {};
+  const std::string outside = "Lags outside the bounds: ";
+  if (!verdict.accepted) {
+    return outside + "the error is no plain noise; why the model is rejected stands below.";
+  }
+  if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
+    return fmt::format(
+        "{}the error is no noise, the model lacks a part of the plant. They lower the grade to {} and do not reject "
+        "it, since the error is small: {}. Use the model where that is small enough.",
+        outside, text(verdict.grade), error_text(model));
+  }
+  if (!with_input) {
+    return fmt::format(
+        "{}what is left, {}, is no plain noise, as friction, hum or drift make it; the input has no part in it.",
+        outside, error_text(model));
+  }
+  return fmt::format(
+      "{}single lags say little, as neighbours move together; the test of all together, which grades the model, finds "
+      "no part of the plant in what is left, {}.",
+      outside, error_text(model));
+}
+
+}  // namespace eha::ident
