@@ -160,7 +160,13 @@ struct InputLevels {
 struct EndStop {
   double level = 0.0;    ///< position of the stop [output unit]
   double from_s = 0.0;   ///< start of the first stay, time of the record
-  double percent = 0.0;  ///< rows of all stays
+  double percent = 0.0;  ///< rows of all stays, at either end
+  /// The stop at the other end, where the output stayed there too.
+  struct Other {
+    double level = 0.0;
+    double from_s = 0.0;
+  };
+  std::optional<Other> other = {};
   /// Bounds of the longest stretch without a stay; none: it starts at the record's start, or ends at its end.
   std::optional<double> clean_from_s = {};
   std::optional<double> clean_to_s = {};

@@ -228,7 +228,8 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
   if (object.has("end_stop")) {
-    const Node stop = object.at("end_stop").object({"level", "from_s", "percent", "clean_from_s", "clean_to_s"});
+    const Node stop =
+        object.at("end_stop").object({"level", "from_s", "percent", "other", "clean_from_s", "clean_to_s"});
     EndStop& read = report.end_stop.emplace();
     stop.read("level", read.level);
     stop.read("from_s", read.from_s);
@@ -245,6 +246,11 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("input_levels")) {
     std::vector<double> levels;
+    if (stop.has("other")) {
+      const Node other = stop.at("other").object({"level", "from_s"});
+      other.read("level", read.other.emplace().level);
+      other.read("from_s", read.other->from_s);
+    }
     object.read("input_levels", levels);
     if (levels.size() == 2) report.input_levels = InputLevels{levels[0], levels[1]};
   }

@@ -140,6 +140,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   if (report.saturated_percent) object["saturated_percent"] = *report.saturated_percent;
   if (const auto& stop = report.end_stop) {
     OrderedJson written = {{"level", stop->level}, {"from_s", stop->from_s}, {"percent", stop->percent}};
+    if (stop->other) written["other"] = {{"level", stop->other->level}, {"from_s", stop->other->from_s}};
     if (stop->clean_from_s) written["clean_from_s"] = *stop->clean_from_s;
     if (stop->clean_to_s) written["clean_to_s"] = *stop->clean_to_s;
     object["end_stop"] = std::move(written);

@@ -72,7 +72,10 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
   if (auto& validation = model.validation) {
     rescale(validation->score, factor);
     if (validation->offset_reestimated) rescale(*validation->offset_reestimated, factor);
-    if (validation->end_stop) validation->end_stop->level *= factor;
+    if (auto& stop = validation->end_stop) {
+      stop->level *= factor;
+      if (stop->other) stop->other->level *= factor;
+    }
     if (validation->jump) {
       validation->jump->change *= factor;
       validation->jump->usual *= factor;

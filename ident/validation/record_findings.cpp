@@ -88,10 +88,16 @@ class Search {
     Index count = 0;
     for (const Stay& stay : stays) count += stay.last - stay.first + 1;
     const Stay& first = stays.front();
+    const auto level = [&](const Stay& stay) {
+      return rows_.measured.segment(stay.first, stay.last - stay.first + 1).mean();
+    };
     EndStop stop;
-    stop.level = rows_.measured.segment(first.first, first.last - first.first + 1).mean();
+    stop.level = level(first);
     stop.from_s = time(first.first);
     stop.percent = 100.0 * static_cast<double>(count) / static_cast<double>(rows_.measured.size());
+    const auto other =
+        std::find_if(stays.begin(), stays.end(), [&](const Stay& s) { return s.side * first.side < 0.0; });
+    if (other != stays.end()) stop.other = {level(*other), time(other->first)};
     // The longest stretch without a stay.
     Index begin = 0;
     Index longest = first.first;

@@ -319,11 +319,16 @@ class Reasons {
     if (!model_.validation) return found;
     const std::string& unit = model_.output_unit;
     if (const auto& stop = model_.validation->end_stop) {
+      const std::string where = fmt::format("at {:.3f} {} from {:.5g} s on", stop->level, unit, stop->from_s);
+      const std::string both = stop->other ? fmt::format("{}, and at {:.3f} {} from {:.5g} s on; together", where,
+                                                         stop->other->level, unit, stop->other->from_s)
+                                           : where + ",";
       found.push_back(fmt::format(
-          "The rod stands on an end stop (or the sensor at its end), at {:.3f} {} from {:.5g} s on, {:.3g} % of the "
-          "samples with those at any other end, and no model follows it there; cut with {}, or record nearer to "
-          "mid-travel.",
-          stop->level, unit, stop->from_s, stop->percent, cut_options(*stop)));
+          "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
+          "nearer to mid-travel.",
+          stop->other ? "two end stops" : "an end stop",
+          stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
+          cut_options(*stop)));
     }
     if (const auto& jump = model_.validation->jump) {
       const CutBeside cut =

@@ -220,10 +220,10 @@ TEST(Recommendation, SaysFirstWhatLiesInTheRecord) {
   }
   const Recommendation found = recommended(models);
   EXPECT_TRUE(found.model.empty());
-  EXPECT_EQ(found.reason,
-            "The rod stands on an end stop (or the sensor at its end), at 5.900 in from 12.1 s on, 79 % of the samples "
-            "with those at any other end, "
-            "and no model follows it there; cut with --to 12.08, or record nearer to mid-travel");
+  EXPECT_EQ(
+      found.reason,
+      "The rod stands on an end stop (or the sensor at its end), at 5.900 in from 12.1 s on, 79 % of the samples, "
+      "and no model follows it there; cut with --to 12.08, or record nearer to mid-travel");
 }
 
 TEST(Recommendation, CallsARejectedModelSuperfluousOnlyWhereItFitsAsWell) {

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "ident/estimation/fit.hpp"
@@ -21,7 +23,7 @@ constexpr Eigen::Index kFindingRows = 2500;
 constexpr double kFindingNoise = 0.0008;  // 0.02 mm
 
 /// A rod y' = 0.15 u between end stops, from mid-travel, with an input that swings about a bias.
-Record rod(double highest, double bias, std::uint64_t seed) {
+Record rod(double highest, double bias, std::uint64_t seed, double lowest = -100.0) {
   Record record;
   record.step_s = kFindingStep_s;
   record.input.resize(kFindingRows);
@@ -33,7 +35,7 @@ Record rod(double highest, double bias, std::uint64_t seed) {
     if (k % 20 == 0) u = bias + 1.5 * std::sin(0.05 * static_cast<double>(k)) + 0.3 * normal(draw);
     record.output[k] = y + kFindingNoise * normal(draw);
     record.input[k] = u;
-    y = std::min(highest, y + kFindingStep_s * 0.15 * u);
+    y = std::clamp(y + kFindingStep_s * 0.15 * u, lowest, highest);
   }
   return record;
 }
@@ -55,6 +57,24 @@ TEST(EndStopTest, IsFoundWithItsPlaceAndTimeDespiteNoise) {
     EXPECT_NEAR(report.end_stop->from_s, kFindingStep_s * static_cast<double>(first), 6.0) << seed;
     EXPECT_GT(report.end_stop->percent, 1.0) << seed;
     EXPECT_FALSE(report.jump) << seed;
+  }
+}
+
+TEST(EndStopTest, TellsTwoStopsFromOne) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Record record = rod(3.15, 0.0, seed, 2.85);
+    const FitResult result = fit(record, asked_for(structures::integrator_lag()), {});
+    const std::optional<EndStop>& stop = result.model.validation->end_stop;
+    ASSERT_TRUE(stop) << seed;
+    ASSERT_TRUE(stop->other) << seed;
+    EXPECT_NEAR(std::max(stop->level, stop->other->level), 3.15, 0.005) << seed;
+    EXPECT_NEAR(std::min(stop->level, stop->other->level), 2.85, 0.005) << seed;
+    EXPECT_GT(stop->other->from_s, stop->from_s) << seed;
+    const std::string first = judge(result.model, {}).reasons.front();
+    EXPECT_EQ(first.rfind("The rod stands on two end stops", 0), 0U) << first;
+    EXPECT_FALSE(
+        fit(rod(5.0, 0.18, seed), asked_for(structures::integrator_lag()), {}).model.validation->end_stop.value().other)
+        << seed;
   }
 }
 
