@@ -17,6 +17,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/map_error.hpp"
 
 namespace eha::cli {
 
@@ -36,6 +37,15 @@ std::optional<config::RigConfig> known_rig_of(const fs::path& run) {
       config::parse_rig(other.at(text).get<std::string>(), fmt::format("the rig file of {}", run.string()));
   if (!rig.limits.following) return std::nullopt;
   return rig;
+}
+
+double map_error_of(const ident::Model& model) {
+  return model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
+}
+
+/// How far a model's map may have moved null and dead band beyond what those of one valve may differ by anyway [V].
+double shift_beyond_V(double map_error_V) {
+  return std::max(0.0, ident::kShiftOverMapError * map_error_V - config::kSameValve_V);
 }
 
 }  // namespace
@@ -69,15 +79,16 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
                     .remedy = fmt::format("eha characterise {} -o rig-new.toml", shell_word(run.string()))};
 }
 
-bool is_of_one_valve(const ident::ValveMap& map, const FoundValve& sheet) {
-  return config::is_of_one_valve({map.null, map.dead_band}, sheet.zone);
+bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
+  const double shift_V = shift_beyond_V(map_error_of(model));
+  return config::is_of_one_valve({model.input_map->null, model.input_map->dead_band}, sheet.zone, {shift_V, shift_V});
 }
 
-FoundValve valve_of_model(const ident::ValveMap& map, const std::string& model,
-                          const std::optional<FoundValve>& sheet) {
-  return {.zone = {map.null, map.dead_band},
-          .source = model,
-          .remedy = sheet && is_of_one_valve(map, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml"};
+FoundValve valve_of_model(const ident::Model& model, const std::string& name, const std::optional<FoundValve>& sheet) {
+  return {.zone = {model.input_map->null, model.input_map->dead_band},
+          .source = name,
+          .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml",
+          .map_error_V = map_error_of(model)};
 }
 
 void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
@@ -85,7 +96,18 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
   const config::DeadZone slack{kStds * uncertainty.null_V, kStds * uncertainty.dead_band_V};
-  if (config::is_of_one_valve({known.null_V, known.dead_band_V}, found.zone, slack)) return;
+  const config::DeadZone zone{known.null_V, known.dead_band_V};
+  if (config::is_of_one_valve(zone, found.zone, slack)) return;
+  const double shift_V = shift_beyond_V(found.map_error_V);
+  if (config::is_of_one_valve(zone, found.zone, {slack.null_V + shift_V, slack.dead_band_V + shift_V})) {
+    console.info(fmt::format(
+        "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: the rod moves within that dead band, as "
+        "where oil leaks past the piston or friction bends the edges, which shifts the two by up to {:.2g} V. "
+        "[following] of {} ({:.3f} and {:.3f} V) does not contradict the record; keep it, or measure: `{}`",
+        found.zone.null_V, found.zone.dead_band_V, found.source, ident::kShiftOverMapError * found.map_error_V,
+        rig.file_name, known.null_V, known.dead_band_V, found.remedy));
+    return;
+  }
   console.warning(fmt::format(
       "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f} ({:.3f} and "
       "{:.2f} to spare): goto, "
@@ -108,12 +130,13 @@ void warn_of_unused_sheet(const fs::path& run, const Console& console) {
 
 void warn_of_changed_valve(const fs::path& run, const Console& console) {
   const auto file = recommended_model(run);
-  const auto map = file ? ident::model_from_text(os::read_file(*file), file->string()).input_map : std::nullopt;
-  const auto rig = map ? known_rig_of(run) : std::nullopt;
+  if (!file) return;
+  const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
+  const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
   if (!rig) return;
   const auto sheet = newest_sheet_run(run);
-  warn_if_following_differs(*rig, valve_of_model(*map, "this record", sheet ? valve_of_sheet(*sheet) : std::nullopt),
-                            console);
+  warn_if_following_differs(
+      *rig, valve_of_model(model, "this record's model", sheet ? valve_of_sheet(*sheet) : std::nullopt), console);
 }
 
 }  // namespace eha::cli

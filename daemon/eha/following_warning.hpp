@@ -8,15 +8,16 @@
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
 #include "daemon/eha/console.hpp"
-#include "ident/signal/valve_map.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::cli {
 
 /// A valve as measured or fitted.
 struct FoundValve {
   config::DeadZone zone = {};
-  std::string source = {};  ///< "the valve sheet of RUN"
-  std::string remedy = {};  ///< command that brings the rig file up to date
+  std::string source = {};   ///< "the valve sheet of RUN"
+  std::string remedy = {};   ///< command that brings the rig file up to date
+  double map_error_V = 0.0;  ///< of a model's map, as ident::map_error()
 };
 
 /// Returns the newest run of [characterise] on the same rig beside a run; none without one.
@@ -26,14 +27,16 @@ struct FoundValve {
 /// @param run  a run of [characterise]
 [[nodiscard]] std::optional<FoundValve> valve_of_sheet(const std::filesystem::path& run);
 
-/// Whether null and dead band are those of one valve, given what a model's map and a sheet may differ by.
-[[nodiscard]] bool is_of_one_valve(const ident::ValveMap& map, const FoundValve& sheet);
+/// Whether null and dead band of a model with a map are those of a sheet's valve, given what the two may differ by.
+[[nodiscard]] bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet);
 
-/// Returns a model's valve. The remedy is that of a sheet that agrees with it, otherwise a new measurement.
-[[nodiscard]] FoundValve valve_of_model(const ident::ValveMap& map, const std::string& model,
+/// Returns the valve of a model with a map. The remedy is that of a sheet that agrees with it, otherwise a new
+/// measurement. @param name  of the model, in a sentence
+[[nodiscard]] FoundValve valve_of_model(const ident::Model& model, const std::string& name,
                                         const std::optional<FoundValve>& sheet);
 
-/// Warns if null or dead band of [following] in a rig file are not those of a found valve.
+/// Warns if null or dead band of [following] in a rig file are not those of a found valve. Says it where the error of
+/// the model's map alone makes the difference.
 void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
 
 /// The same for a run's rig file and the newest valve sheet beside the run.

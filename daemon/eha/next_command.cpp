@@ -118,33 +118,29 @@ std::optional<std::string> cut_of_run(const fs::path& folder) {
 
 namespace {
 
-/// Returns the valve of a run's recommended model; none if it recommends none, or one without a map.
-std::optional<ident::ValveMap> valve_of(const fs::path& folder) {
-  const auto file = recommended_model(folder);
-  return file ? ident::model_from_text(os::read_file(*file), file->string()).input_map : std::nullopt;
-}
+ident::Model model_in(const fs::path& file) { return ident::model_from_text(os::read_file(file), file.string()); }
 
 /// " --sheet RUN" of the newest valve sheet of the same rig beside a run; empty without one, or if the valve has
 /// changed since.
-std::string sheet_option(const fs::path& folder, const std::optional<ident::ValveMap>& map) {
+std::string sheet_option(const fs::path& folder, const ident::Model& model) {
   const auto run = newest_sheet_run(folder);
   if (!run) return {};
   const auto sheet = valve_of_sheet(*run);
-  if (map && sheet && !is_of_one_valve(*map, *sheet)) return {};
+  if (model.input_map && sheet && !is_of_one_valve(model, *sheet)) return {};
   return " --sheet " + shell_word(run->string());
 }
 
 }  // namespace
 
 std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
-  if (!recommended_model(folder)) return std::nullopt;
+  const auto model = recommended_model(folder);
+  if (!model) return std::nullopt;
   return "eha tune " + shell_word(folder.string()) + (rig_file ? " --rig " + shell_word(*rig_file) : "") +
-         sheet_option(folder, valve_of(folder));
+         sheet_option(folder, model_in(*model));
 }
 
 std::string tune_of_model(const fs::path& model, const fs::path& run) {
-  return "eha tune " + shell_word(model.string()) +
-         sheet_option(run, ident::model_from_text(os::read_file(model), model.string()).input_map);
+  return "eha tune " + shell_word(model.string()) + sheet_option(run, model_in(model));
 }
 
 }  // namespace eha::cli

@@ -314,8 +314,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run) : std::nullopt;
   if (sheet || model.input_map) {
-    warn_if_following_differs(rig, sheet ? *sheet : valve_of_model(*model.input_map, command.model_file, std::nullopt),
-                              console);
+    warn_if_following_differs(rig, sheet ? *sheet : valve_of_model(model, command.model_file, std::nullopt), console);
   }
   tune::TuneInputs inputs;
   tune::Tuned tuned;

@@ -11,6 +11,7 @@
 
 #include "core/display_unit.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/map_error.hpp"
 
 namespace eha::report {
 namespace {
@@ -74,7 +75,8 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
     pairs.push_back(std::move(pair));
   };
   using Role = ident::ParameterRole;
-  const double rounding = kRoundedCorner * model.input_map->dead_band;
+  const double map_error = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
+  const double rounding = std::max(kRoundedCorner * model.input_map->dead_band, ident::kShiftOverMapError * map_error);
   add({.name = "null", .unit = model.input_unit, .rounding = rounding, .is_null = true},
       by_model(model, Role::valve_null), sheet("null_V"), sheet("null_uncertainty_V"));
   auto dead_band = sheet("dead_band_V");

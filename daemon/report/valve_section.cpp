@@ -9,10 +9,12 @@
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "ident/signal/valve_map.hpp"
+#include "ident/validation/map_error.hpp"
 
 namespace eha::report {
 namespace {
 
+constexpr double kNotedMapError = 0.2;      // of the dead band
 constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map poorly
 
 /// Whether the record shows a dead band: its interval lies above 0.
@@ -64,6 +66,13 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
     remark.to_do +=
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
+  }
+  const double map_error = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
+  if (map_error > kNotedMapError * map.dead_band) {
+    remark.seen += fmt::format(
+        " The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null "
+        "and half dead band of the fit may be up to {:.2g} {} off the valve's, whatever their intervals say.",
+        ident::kShiftOverMapError * map_error, unit);
   }
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;

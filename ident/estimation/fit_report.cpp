@@ -15,6 +15,7 @@
 #include "ident/uncertainty/stored_covariance.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/excitation_order.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
@@ -255,6 +256,9 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   report.saturated_percent =
       std::max(saturated_percent(result.measured, result.simulated), report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;
+  if (effects == Effects::include) {
+    report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
+  }
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
     report.extrapolated_percent = extrapolated_percent(input, estimated, map ? kBeyondWithMap : kBeyond);

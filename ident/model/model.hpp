@@ -197,6 +197,8 @@ struct ValidationReport {
   std::optional<ErrorJump> jump = {};    ///< of all compared samples
   /// Excitation order of the input to G at all compared samples, see excitation_order(); none for a constant input.
   std::optional<std::size_t> excitation_order = {};
+  /// Greatest error of the valve map's lines beside its edges, as map_error() [input unit].
+  std::optional<double> map_error = {};
   std::optional<InputLevels> input_levels = {};  ///< none if the input takes more than two values
 };
 

@@ -191,11 +191,23 @@ NonlinearityTest read_nonlinearity(const Node& node) {
 }
 
 ValidationReport read_validation(const Node& node) {
-  std::vector<std::string_view> keys{
-      "r2_percent",        "mse",      "fit_percent", "error_min",        "error_max",
-      "samples",           "acf",      "ccf",         "residual_tests",   "extrapolated_percent",
-      "saturated_percent", "end_stop", "jump",        "excitation_order", "input_levels",
-      "offset_reestimated"};
+  std::vector<std::string_view> keys{"r2_percent",
+                                     "mse",
+                                     "fit_percent",
+                                     "error_min",
+                                     "error_max",
+                                     "samples",
+                                     "acf",
+                                     "ccf",
+                                     "residual_tests",
+                                     "extrapolated_percent",
+                                     "saturated_percent",
+                                     "end_stop",
+                                     "jump",
+                                     "excitation_order",
+                                     "input_levels",
+                                     "map_error",
+                                     "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
   ValidationReport report;
@@ -234,6 +246,11 @@ ValidationReport read_validation(const Node& node) {
     stop.read("level", read.level);
     stop.read("from_s", read.from_s);
     stop.read("percent", read.percent);
+    if (stop.has("other")) {
+      const Node other = stop.at("other").object({"level", "from_s"});
+      other.read("level", read.other.emplace().level);
+      other.read("from_s", read.other->from_s);
+    }
     if (stop.has("clean_from_s")) stop.read("clean_from_s", read.clean_from_s.emplace());
     if (stop.has("clean_to_s")) stop.read("clean_to_s", read.clean_to_s.emplace());
   }
@@ -244,13 +261,9 @@ ValidationReport read_validation(const Node& node) {
     if (jump.has("usual")) jump.read("usual", report.jump->usual);
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
+  if (object.has("map_error")) object.read("map_error", report.map_error.emplace());
   if (object.has("input_levels")) {
     std::vector<double> levels;
-    if (stop.has("other")) {
-      const Node other = stop.at("other").object({"level", "from_s"});
-      other.read("level", read.other.emplace().level);
-      other.read("from_s", read.other->from_s);
-    }
     object.read("input_levels", levels);
     if (levels.size() == 2) report.input_levels = InputLevels{levels[0], levels[1]};
   }

@@ -149,6 +149,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     object["jump"] = {{"time_s", jump->time_s}, {"change", jump->change}, {"usual", jump->usual}};
   }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
+  if (report.map_error) object["map_error"] = *report.map_error;
   if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);
   return object;

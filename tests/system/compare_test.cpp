@@ -107,6 +107,38 @@ TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
 
 TEST_F(TwoRuns, ReplayOnItsOwnRigLeavesTheSensorsNoise) {
   const Ended ended =
+TEST_F(TwoRuns, CompareTakesTheInputOfAFileAsStraight) {
+  // Every 40th row of a run: the input moved between them.
+  for (const auto& [run, name] : {std::pair(before_, "before.csv"), std::pair(after_, "after.csv")}) {
+    folder_->write(name, content_of(folder_->path() / run / "data_40ms.csv"));
+  }
+  const auto left_over = [&](std::vector<std::string> options) {
+    std::vector<std::string> words{"compare", "before.csv", "after.csv", "--json"};
+    words.insert(words.end(), options.begin(), options.end());
+    const Ended ended = run_eha(words, folder_->path());
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    return json::parse(ended.out).at("runs").at(1).at("left_over").at("rms_before").get<double>();
+  };
+  EXPECT_LT(left_over({"--intersample", "foh"}), 0.8 * left_over({}));
+  expect_refused(*folder_, {"compare", before_, after_, "--intersample", "foh"}, ExitCode::usage,
+                 {"the input of a run is held"});
+}
+
+TEST_F(TwoRuns, ARunTellsALeakFromAnotherValve) {
+  const auto warned = [&](const std::string& rig) {
+    return run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig", rig, "--output",
+                    "valves"},
+                   folder_->path())
+        .err;
+  };
+  // Oil past the piston bends the fit's null by 0.2 V; the valve is that of [following].
+  const std::string leaky = warned(source_file("config/rigs/sim-leaky.toml"));
+  EXPECT_EQ(leaky.find("are for another valve"), std::string::npos) << leaky;
+  EXPECT_NE(leaky.find("are not the valve's: the rod moves within that dead band"), std::string::npos) << leaky;
+  const std::string changed = warned("changed.toml");
+  EXPECT_NE(changed.find("are for another valve"), std::string::npos) << changed;
+}
+
       run_eha({"replay", before_, "--rig", source_file("config/rigs/sim.toml"), "-o", "overlay.csv", "--json"},
               folder_->path());
   ASSERT_EQ(ended.code, 0) << ended.err;

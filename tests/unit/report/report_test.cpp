@@ -122,7 +122,7 @@ TEST(Page, PutsThreeSentencesBesideEveryPlot) {
 }
 
 /// A run whose model has a map with the null at 0.031 V, on a rig whose valve sheet has it elsewhere.
-std::string page_with_nulls(double by_sheet_V) {
+std::string page_with_nulls(double by_sheet_V, double map_error_V = 0.0) {
   Subject subject = subject_of("run", ident::Grade::good);
   ident::Model& model = subject.models[0].model;
   model.input_unit = "V";
@@ -135,6 +135,10 @@ std::string page_with_nulls(double by_sheet_V) {
                               .role = ident::ParameterRole::valve_null});
   subject.manifest.emplace();
   (*subject.manifest)["rig"]["following"] = {{"null_V", by_sheet_V}, {"null_uncertainty_V", 0.008}};
+  if (map_error_V > 0.0) {
+    if (!model.validation) model.validation.emplace();
+    model.validation->map_error = map_error_V;
+  }
   return page_of(subject).html;
 }
 
@@ -146,6 +150,13 @@ TEST(Page, ComparesTheNullWithTheValveSheets) {
   EXPECT_NE(apart.find("they differ by 0.039, more than the 0.023 that the intervals and the straight lines"),
             std::string::npos);
   EXPECT_NE(apart.find("Trust the valve sheet"), std::string::npos);
+}
+
+TEST(Page, AllowsANullWhatTheErrorOfItsMapMoves) {
+  const std::string html = page_with_nulls(0.07, 0.04);
+  EXPECT_EQ(html.find("Trust the valve sheet"), std::string::npos);
+  EXPECT_NE(html.find("they agree within the 0.088 that the straight lines of the map allow"), std::string::npos);
+  EXPECT_NE(html.find("half dead band of the fit may be up to 0.08 V off the valve&#39;s"), std::string::npos);
 }
 
 TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {

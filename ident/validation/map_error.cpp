@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/map_error.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "ident/fractional/stability.hpp"
+#include "ident/signal/autoregression.hpp"
+
+namespace eha::ident {
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr Index kFewestCompared = 60;
+constexpr Index kParts = 4;  // of the input, beside the edges
+constexpr int kWhitenings = 2;
+constexpr double kStandardErrors = 2.0;  // by which a constant differs from 0 by chance
+
+/// Least-squares coefficients of columns, and their standard errors.
+struct Regression {
+  Eigen::VectorXd values;
+  Eigen::VectorXd stds;
+};
+
+/// None where the columns depend on one another.
+std::optional<Regression> regression(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
+  const Eigen::RowVectorXd sizes = columns.colwise().norm();
+  if (!(sizes.minCoeff() > 0.0)) return std::nullopt;
+  const Eigen::MatrixXd scaled = columns.array().rowwise() / sizes.array();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
+  if (qr.rank() < columns.cols()) return std::nullopt;
+  Regression found{qr.solve(y), {}};
+  const double variance =
+      (y - scaled * found.values).squaredNorm() / static_cast<double>(columns.rows() - columns.cols());
+  const Eigen::MatrixXd inverse =
+      (scaled.transpose() * scaled).ldlt().solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
+  found.stds = (variance * inverse.diagonal()).cwiseMax(0.0).cwiseSqrt().cwiseQuotient(sizes.transpose());
+  found.values = found.values.cwiseQuotient(sizes.transpose());
+  return found;
+}
+
+}  // namespace
+
+std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, const Eigen::VectorXd& residual) {
+  if (!model.input_map || !(model.input_map->dead_band > 0.0) || grows(model.transfer_function)) return std::nullopt;
+  if (residual.size() < kFewestCompared) return std::nullopt;
+  const ValveMap& map = *model.input_map;
+  const Eigen::VectorXd& input = outputs.record().input;
+  // The parts of the input count from two dead bands below the null; part -1 and kParts lie beyond.
+  const Eigen::ArrayXd place = (input.array() - map.null) / map.dead_band + 0.5 * static_cast<double>(kParts);
+  Eigen::MatrixXd columns(residual.size(), kParts + 5);
+  Index next = 0;
+  const auto add = [&](const Eigen::VectorXd& signal) {
+    columns.col(next++) = outputs.response(model.transfer_function, signal);
+  };
+  for (Index part = 0; part < kParts; ++part) {
+    const auto from = static_cast<double>(part);
+    add((place >= from && place < from + 1.0).cast<double>().matrix());
+  }
+  add((place < 0.0).cast<double>().matrix());
+  add((place >= static_cast<double>(kParts)).cast<double>().matrix());
+  add(excess_above(map, input));
+  add(excess_below(map, input));
+  columns.col(next) = Eigen::VectorXd::Ones(residual.size());
+  std::optional<Regression> found = regression(columns, residual);
+  // What wanders is judged by its changes: whitened as what these constants leave over.
+  for (int round = 0; found && round < kWhitenings; ++round) {
+    const Autoregression noise = autoregression(residual - columns * found->values);
+    found = regression(whitened(columns, noise), whitened(residual, noise));
+  }
+  if (!found) return std::nullopt;
+  double greatest = 0.0;
+  for (Index part = 0; part < kParts; ++part) {
+    greatest = std::max(greatest, std::abs(found->values[part]) - kStandardErrors * found->stds[part]);
+  }
+  return greatest;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/map_error.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "ident/estimation/fit.hpp"
+#include "ident/structure/structure.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+constexpr double kLeakStep_s = 0.04;
+constexpr Eigen::Index kLeakRows = 1250;
+constexpr double kLeakGain = 0.15;
+constexpr double kLeakNull = -0.2;
+constexpr double kLeakBand = 0.15;
+constexpr double kAllowed = 0.03;  // that numbers of one valve may differ by anyway
+
+/// A rod behind a valve that moves by `leak` in/s besides. Three tones, as of a bench.
+Record leaking_rod(double leak, std::uint64_t seed) {
+  Record record;
+  record.step_s = kLeakStep_s;
+  record.input.resize(kLeakRows);
+  record.output.resize(kLeakRows);
+  std::mt19937_64 draw(seed);
+  double y = 3.0;
+  for (Eigen::Index k = 0; k < kLeakRows; ++k) {
+    const double t = kLeakStep_s * static_cast<double>(k);
+    const auto tone = [&](double hz) { return std::sin(2.0 * std::numbers::pi * hz * t); };
+    const double u = kLeakNull + 1.5 * tone(0.05) + 1.2 * tone(0.2) + 1.5 * tone(0.65);
+    record.input[k] = u;
+    record.output[k] = y + 0.0006 * normal(draw);
+    const double beyond = std::max(0.0, std::abs(u - kLeakNull) - kLeakBand);
+    y += kLeakStep_s * (kLeakGain * std::copysign(beyond, u - kLeakNull) + leak);
+  }
+  return record;
+}
+
+Model leak_fit(const Record& record) {
+  return fit(record, asked_for(structures::behind_valve(structures::integrator_lag())), {}).model;
+}
+
+TEST(MapError, IsSmallForAValveThatIsTheMap) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Model model = leak_fit(leaking_rod(0.0, seed));
+    ASSERT_TRUE(model.validation->map_error) << seed;
+    EXPECT_LT(*model.validation->map_error, 0.01) << seed;
+  }
+}
+
+TEST(MapError, HoldsTheShiftThatALeakMakes) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    for (const double leak : {-0.02, -0.01, 0.015}) {
+      const Model model = leak_fit(leaking_rod(leak, seed));
+      ASSERT_TRUE(model.validation->map_error) << seed;
+      const double null_shift = std::abs(model.input_map->null - kLeakNull);
+      EXPECT_GT(null_shift, 0.05) << "the leak is to bend the fit";
+      EXPECT_LE(null_shift, kShiftOverMapError * *model.validation->map_error + kAllowed) << seed << " " << leak;
+      EXPECT_LE(std::abs(model.input_map->dead_band - kLeakBand),
+                kShiftOverMapError * *model.validation->map_error + kAllowed)
+          << seed << " " << leak;
+    }
+  }
+}
+
+TEST(MapError, IsNoneWithoutAMap) {
+  const FitResult result = fit(leaking_rod(0.01, 1), asked_for(structures::integrator_lag()), {});
+  EXPECT_FALSE(result.model.validation->map_error);
+}
+
+}  // namespace
+}  // namespace eha::ident
