@@ -30,6 +30,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -360,15 +361,33 @@ class Commissioning {
     state_.finish("track", std::move(track));
   }
 
+  /// Whether the record was long enough to judge the recommended model.
+  [[nodiscard]] bool is_model_judged() const {
+    const Json& record = state_.result("record");
+    const fs::path run = record.at("run").get<std::string>();
+    const std::vector<ident::Model> models = answer_of_run(run, record::read_manifest(run)).models;
+    const auto model = std::find_if(models.begin(), models.end(), [&](const ident::Model& one) {
+      return one.name == record.at("model").get<std::string>();
+    });
+    return model == models.end() || !model->verdict || !needs_longer_record(*model->verdict);
+  }
+
   ExitCode conclude() {
     const fs::path page = state_.file("report.html");
     os::write_file_atomically(page, commission_page(state_, rig_.name, console_.unit(rig_.units)));
     const bool is_kept = state_.result("track").at("kept").get<bool>();
+    const std::string verdict = !is_kept
+                                    ? "the axis does not keep the controller's promise"
+                                    : std::string("the axis keeps the controller's promise: the trial measured it") +
+                                          (is_model_judged() ? "" : ", which the short record alone could not");
     const ExitCode code = is_kept ? ExitCode::ok : ExitCode::model_rejected;
-    console_.print(fmt::format(
-        "\n{}: {}. Report of the whole: {}", rig_.name,
-        is_kept ? "the axis keeps the controller's promise" : "the axis does not keep the controller's promise",
-        page.string()));
+    console_.print(fmt::format("\n{}: {}. Report of the whole: {}", rig_.name, verdict, page.string()));
+    const fs::path before = state_.result("rig file").value("before", "");
+    std::error_code ignored;
+    if (fs::exists(before, ignored)) {
+      console_.print(
+          fmt::format("{} has the valve's measured numbers; as it was before: {}", command_.rig_file, before.string()));
+    }
     console_.print_json({{"schema", "eha-commission/1"},
                          {"folder", state_.folder().string()},
                          {"steps", state_.document().at("steps")},

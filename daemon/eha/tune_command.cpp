@@ -288,8 +288,9 @@ std::vector<std::string> plant_sentences(const TuneCommand& command, const ident
   }
   if (!other.empty()) sentences.push_back(fmt::format("Check before use: {}.", other));
   if (model.verdict && needs_longer_record(*model.verdict)) {
-    sentences.push_back(fmt::format("First a longer record, as this one is too short to judge the model; {}.",
-                                    ident::kControllerIsAGuess));
+    sentences.push_back(
+        fmt::format("The record is too short to judge the model: {}, or a longer record has judged the model.",
+                    ident::kControllerIsAGuess));
   }
   return sentences;
 }

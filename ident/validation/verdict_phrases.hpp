@@ -11,7 +11,8 @@ namespace eha::ident {
 // Parts of the sentences of a verdict.
 
 /// Of a model whose record is too short to judge it, see needs_longer_record().
-inline constexpr std::string_view kControllerIsAGuess = "a controller of this model is a guess";
+inline constexpr std::string_view kControllerIsAGuess =
+    "a controller of this model is a guess until a trial has measured it (eha track)";
 
 /// What the residual depends on, and what of a plant makes it do so.
 [[nodiscard]] std::string_view effect_of(NonlinearKind kind);
