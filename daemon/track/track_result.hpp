@@ -31,9 +31,12 @@ struct KeptFigure {
   double noise = 0.0;  ///< greatest contribution of the sensor's noise and of the means over 50 ms
   config::PromisedFigure promised;
   Bound bound = Bound::most;
+  bool is_two_sided = false;  ///< the noise may as well have made it better
   [[nodiscard]] double limit() const noexcept { return bound == Bound::most ? promised.upper : promised.lower; }
   /// Whether the noise is small enough to decide if the promise is kept.
-  [[nodiscard]] bool is_decided() const noexcept { return beyond() <= 0.0 || beyond() > noise; }
+  [[nodiscard]] bool is_decided() const noexcept {
+    return beyond() > noise || beyond() <= (is_two_sided ? -noise : 0.0);
+  }
   [[nodiscard]] bool is_kept() const noexcept { return beyond() <= noise; }
   /// Returns the amount by which it is worse than the limit.
   [[nodiscard]] double beyond() const noexcept {

@@ -11,7 +11,6 @@ namespace {
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kSettle_s = 1.0;  // after each move
 constexpr double kHoldLead_s = 2.0;
-constexpr double kSettledShare = 0.02;  // of the step
 constexpr double kSines = 2.0;
 
 std::size_t ticks(double duration_s, double tick_s) {

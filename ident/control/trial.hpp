@@ -13,6 +13,9 @@
 
 namespace eha::ident {
 
+/// Of the step: within so much of its end the rod is settled.
+inline constexpr double kSettledShare = 0.02;
+
 /// A set point at a time, interpolated linearly between two of them.
 struct SetPoint {
   double time_s = 0.0;

@@ -117,6 +117,29 @@ TEST_F(Track, KeepsItsPromiseOnItsRig) {
   EXPECT_LT(result.rows.rod_in.size(), 60'000U);
 }
 
+TEST_F(Track, MeasuresTheSettlingFinerThanItIsPromised) {
+  const TrackResult result = track_result(played(text_).folder);
+  const auto settling = std::find_if(result.figures.begin(), result.figures.end(),
+                                     [](const KeptFigure& f) { return f.name.starts_with("settling"); });
+  ASSERT_NE(settling, result.figures.end());
+  EXPECT_LE(settling->noise, settling->limit()) << "else a kept promise would say nothing";
+  EXPECT_EQ(kept_text(*settling), "yes") << settling->measured << " of " << settling->limit();
+}
+
+TEST(KeptFigureTest, IsDecidedOnlyBeyondWhatTheNoiseMayDo) {
+  KeptFigure figure;
+  figure.noise = 0.05;
+  figure.promised.upper = 0.01;
+  EXPECT_EQ(kept_text(figure), "yes") << "noise that only adds";
+  figure.is_two_sided = true;
+  EXPECT_EQ(kept_text(figure), "hidden by noise");
+  EXPECT_TRUE(figure.is_kept());
+  figure.measured = 0.2;
+  EXPECT_EQ(kept_text(figure), "no");
+  figure.promised.upper = 0.3;
+  EXPECT_EQ(kept_text(figure), "yes");
+}
+
 TEST_F(Track, NamesADeadBandThatHasGrown) {
   sim().valve_dead_band_V += 0.1;
   const play::FinishedRun run = played(text_);
