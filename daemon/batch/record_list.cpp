@@ -44,16 +44,39 @@ bool is_for_models(const fs::path& run) {
   }
 }
 
-std::vector<fs::path> records_in(const fs::path& folder) {
+/// Why an item of a folder is no record; empty for a record.
+std::string why_skipped(const fs::directory_entry& item) {
+  std::error_code ignored;
+  if (item.is_directory(ignored)) {
+    if (item.is_symlink()) return "a link to a folder; name the folder to take it";
+    if (!record::is_run_folder(item.path())) return "a folder within the folder; name it to take its records";
+    return is_for_models(item.path())
+               ? ""
+               : "a run without an experiment for models: it placed the rod or measured the valve";
+  }
+  if (item.is_symlink() && !item.exists(ignored)) return "a link to nothing";
+  if (!item.is_regular_file(ignored)) return "no file";
+  return is_record_file(item.path()) ? "" : fmt::format("no ending of a record ({})", fmt::join(kRecordEndings, ", "));
+}
+
+std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& skipped) {
   std::vector<fs::path> found;
+  std::vector<Skipped> others;
   std::error_code error;
   for (fs::directory_iterator item(folder, error), end; !error && item != end; item.increment(error)) {
-    const bool is_run = !item->is_symlink() && record::is_run_folder(item->path());
-    if (is_run && !is_for_models(item->path())) continue;
-    if (is_run || (item->is_regular_file() && is_record_file(item->path()))) found.push_back(item->path());
+    // The link of a runs folder to one of its runs.
+    if (item->is_symlink() && item->path().filename() == record::kLatestLink) continue;
+    std::string why = why_skipped(*item);
+    if (why.empty()) {
+      found.push_back(item->path());
+    } else {
+      others.push_back({item->path().string(), std::move(why)});
+    }
   }
   if (error) os::throw_system_error("read", folder, error.value());
   std::sort(found.begin(), found.end());
+  std::sort(others.begin(), others.end(), [](const Skipped& a, const Skipped& b) { return a.source < b.source; });
+  skipped.insert(skipped.end(), others.begin(), others.end());
   return found;
 }
 
@@ -68,10 +91,10 @@ std::vector<fs::path> records_listed_in(const fs::path& list) {
   return found;
 }
 
-std::vector<fs::path> records_named_by(const fs::path& source) {
+std::vector<fs::path> records_named_by(const fs::path& source, std::vector<Skipped>& skipped) {
   if (source.extension() == kListEnding) return records_listed_in(source);
   std::error_code ignored;
-  if (fs::is_directory(source, ignored) && !record::is_run_folder(source)) return records_in(source);
+  if (fs::is_directory(source, ignored) && !record::is_run_folder(source)) return records_in(source, skipped);
   return {source};
 }
 
@@ -109,11 +132,12 @@ void require_text(const fs::path& path) {
 
 }  // namespace
 
-std::vector<Record> records_of(const std::vector<std::string>& sources) {
-  std::vector<Record> records;
+FoundRecords records_of(const std::vector<std::string>& sources) {
+  FoundRecords found;
+  std::vector<Record>& records = found.records;
   std::set<fs::path> seen;
   for (const std::string& source : sources) {
-    for (const fs::path& path : records_named_by(source)) {
+    for (const fs::path& path : records_named_by(source, found.skipped)) {
       if (!seen.insert(path.lexically_normal()).second) continue;
       require_text(path);
       records.push_back(
@@ -124,7 +148,7 @@ std::vector<Record> records_of(const std::vector<std::string>& sources) {
     throw UsageError(fmt::format("{}: no record: no run folder and no file ending in {}", fmt::join(sources, ", "),
                                  fmt::join(kRecordEndings, ", ")));
   }
-  return records;
+  return found;
 }
 
 }  // namespace eha::batch

@@ -16,12 +16,24 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
-/// Returns the records that a command names, each once, in the order of the names, folders sorted by name.
+/// What of a named folder is no record.
+struct Skipped {
+  std::string source;
+  std::string why;  ///< "no ending of a record (.csv, ...)": alike for all of one kind
+};
+
+struct FoundRecords {
+  std::vector<Record> records;
+  std::vector<Skipped> skipped;
+};
+
+/// Returns the records that a command names, each once, in the order of the names, folders sorted by name; and what of
+/// the folders is none.
 /// @param sources  each one of these: a run folder; a file with a record; a folder of both, of which runs that placed
 /// the rod or measured the valve are left out; a list, which is a text file whose name ends in ".list", with one path a
 /// line relative to its folder, lines with # left out
 /// @throws UsageError  no record
 /// @throws IoError, PermissionError  a folder or a list cannot be read
-[[nodiscard]] std::vector<Record> records_of(const std::vector<std::string>& sources);
+[[nodiscard]] FoundRecords records_of(const std::vector<std::string>& sources);
 
 }  // namespace eha::batch

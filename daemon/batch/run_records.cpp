@@ -22,6 +22,7 @@
 #include "core/error.hpp"
 #include "core/os/child_process.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 
 namespace eha::batch {
 namespace {
@@ -79,6 +80,7 @@ class Fit {
     const std::string source = record.source.starts_with('-') ? "./" + record.source : record.source;
     std::vector<std::string> words{program.string(), "fit",          source, "-o", (folder_ / "models").string(),
                                    "--json",         "--no-progress"};
+    own_words_ = fmt::format(" -o {} --json --no-progress", shell_quoted((folder_ / "models").string()));
     words.insert(words.end(), options.begin(), options.end());
     process_ = std::make_unique<os::ChildProcess>(os::SpawnRequest{.words = std::move(words),
                                                                    .standard_output = &out_,
@@ -98,6 +100,7 @@ class Fit {
     result.seconds = std::chrono::duration<double>(steady_clock::now() - begun_).count();
     result.host = host_name();
     result.message = os::read_file(folder_ / kMessagesFile);
+    leave_out_own_words(result.message);
     if (result.message.size() > kLongestMessage) result.message.erase(0, result.message.size() - kLongestMessage);
     const int status = end->status.value_or(0);
     if (end->status && WIFSIGNALED(status)) {
@@ -117,10 +120,18 @@ class Fit {
   }
 
  private:
+  /// A command in a message repeats what was typed; a user types neither the work folder nor what the batch reads.
+  void leave_out_own_words(std::string& message) const {
+    for (std::size_t at = message.find(own_words_); at != std::string::npos; at = message.find(own_words_, at)) {
+      message.erase(at, own_words_.size());
+    }
+  }
+
   Record record_;
   fs::path folder_;
   os::FileDescriptor out_;
   os::FileDescriptor messages_;
+  std::string own_words_;  ///< of the command line, quoted for a shell
   steady_clock::time_point begun_ = steady_clock::now();
   std::unique_ptr<os::ChildProcess> process_;
 };

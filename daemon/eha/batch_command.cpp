@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -14,6 +16,7 @@
 #include "core/os/processors.hpp"
 #include "core/program_path.hpp"
 #include "core/shell_word.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/batch/batch_folder.hpp"
 #include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
@@ -83,6 +86,7 @@ bool read_shard(const std::string& text, batch::Shard& shard) {
 }
 
 constexpr std::size_t kMostRowsShown = 40;
+constexpr std::size_t kMostNamesShown = 8;  // of what is no record
 
 /// @throws UsageError  `eha fit` does not know these options
 void require_fit_options(const std::vector<std::string>& options) {
@@ -109,7 +113,32 @@ std::string outliers_of(const batch::Row& row) {
   return text;
 }
 
-ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
+/// "skipped  2 of runs: notes.md, photo.jpg: no ending of a record (.csv, ...)", a line for each reason and folder.
+/// @param output  the folder of the batch, which is no record
+std::string skipped_text(const std::vector<batch::Skipped>& skipped, const fs::path& output) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> groups;  // by folder and reason
+  std::error_code ignored;
+  for (const batch::Skipped& one : skipped) {
+    const fs::path path = one.source;
+    if (fs::equivalent(path, output, ignored)) continue;
+    const std::string key = one_line(path.parent_path().string()) + "\n" + one.why;
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& known) { return known.first == key; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {key, {}});
+    group->second.push_back(one_line(path.filename().string()));
+  }
+  std::string text;
+  for (const auto& [key, names] : groups) {
+    const std::size_t end = key.find('\n');
+    const std::size_t shown = std::min(names.size(), kMostNamesShown);
+    text += fmt::format("skipped  {} of {}: {}{}: {}\n", names.size(), key.substr(0, end),
+                        fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                        names.size() > shown ? ", ..." : "", key.substr(end + 1));
+  }
+  return text;
+}
+
+/// @param skipped  lines on what is no record
+ExitCode print_table(const batch::BatchFolder& folder, Console& console, const std::string& skipped = {}) {
   const batch::Table table = batch::table_of(folder);
   std::vector<fs::path> files = batch::write_table(folder, table);
   const report::Page page = batch::page_of(table);
@@ -159,7 +188,13 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
                   [](const batch::Resolution& one) { return one.parameter == "dead_band"; })) {
     text += fmt::format("note     {}\n", ident::kDeadBandIs);
   }
-  text += failures;
+  text += failures + skipped;
+  if (failures.find('`') != std::string::npos) {
+    text +=
+        "note     a command behind `failed` fits that file alone; for the batch write it as a plain record with the "
+        "same "
+        "options (eha import FILE OPTIONS -o NAME.csv) and name NAME.csv in its place, in a new folder (-o)\n";
+  }
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(table));
   console.print(text);
@@ -170,7 +205,9 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console) {
 ExitCode execute(const BatchCommand& command, Console& console) {
   if (command.sources.empty()) throw UsageError("expected records: a folder, files or a list; see `eha batch --help`");
   require_fit_options(command.fit_options);
-  batch::BatchFolder folder(command.output, {batch::rules_of(command.fit_options), batch::records_of(command.sources)});
+  batch::FoundRecords found = batch::records_of(command.sources);
+  const std::string skipped = skipped_text(found.skipped, command.output);
+  batch::BatchFolder folder(command.output, {batch::rules_of(command.fit_options), std::move(found.records)});
   StopOnSignals signals(Driver::service);
   const auto progress = console.progress_callback();
   const std::size_t jobs = command.jobs.value_or(os::usable_processors());
@@ -185,7 +222,7 @@ ExitCode execute(const BatchCommand& command, Console& console) {
                                 folder.open_records(command.shard).size()));
     return ExitCode::interrupted;
   }
-  return print_table(folder, console);
+  return print_table(folder, console, skipped);
 }
 
 ExitCode execute(const BatchMergeCommand& command, Console& console) {

@@ -2,6 +2,7 @@
 // `eha batch` as a user meets it: its table does not depend on kills, parts or the number of processes.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -150,6 +151,46 @@ TEST_F(Batch, ListsWhatCannotBeReadAndJudgesTheRest) {
   }
 }
 
+TEST_F(Batch, PrintsACommandForAFailedFileThatWorks) {
+  fs::create_directory(path("asked"));
+  folder_->write("asked/good.csv", record_text(1));
+  std::string columns = "t,a,b,c\n";
+  for (int k = 0; k < 300; ++k) {
+    const double u = std::sin(0.1 * k);
+    columns += std::to_string(0.02 * k) + "," + std::to_string(u) + "," + std::to_string(0.5 * u) + ",1\n";
+  }
+  folder_->write("asked/odd name.csv", columns);
+  const Ended ended = batch({"batch", "asked", "-o", "asked_out"});
+  EXPECT_EQ(ended.code, 10) << ended.out;
+  const std::size_t begin = ended.out.find('`');
+  ASSERT_NE(begin, std::string::npos) << ended.out;
+  const std::string command = ended.out.substr(begin + 1, ended.out.find('`', begin + 1) - begin - 1);
+  EXPECT_TRUE(command.starts_with("eha fit 'asked/odd name.csv' --model io1 --decimate 1 ")) << command;
+  const std::string bin = fs::path(EHA_PROGRAM).parent_path().string();
+  const std::string said = output_of_shell("cd '" + folder_->path().string() + "' && PATH='" + bin + "':$PATH " +
+                                           command + " 2>&1; echo code $?");
+  EXPECT_TRUE(said.ends_with("code 0\n") || said.ends_with("code 3\n")) << said;
+  EXPECT_FALSE(fs::exists(path("asked_out") / "work" / "1-of-1" / "0002-odd-name")) << "left behind";
+}
+
+TEST_F(Batch, NamesWhatItSkipsAndWhy) {
+  fs::create_directories(path("some/deeper"));
+  folder_->write("some/good.csv", record_text(1));
+  folder_->write("some/notes.md", "x");
+  folder_->write("some/photo.jpg", "x");
+  fs::create_symlink("nowhere.csv", path("some/gone.csv"));
+  const Ended ended = batch({"batch", "some", "-o", "some/out"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  for (const char* line : {"skipped  2 of some: notes.md, photo.jpg: no ending of a record (.csv, ",
+                           "skipped  1 of some: deeper: a folder", "skipped  1 of some: gone.csv: a link to nothing"}) {
+    EXPECT_NE(ended.out.find(line), std::string::npos) << line << "\n" << ended.out;
+  }
+  EXPECT_EQ(ended.out.find("some: out"), std::string::npos) << "the batch's own folder\n" << ended.out;
+  const Ended again = batch({"batch", "some", "-o", "some/out"});
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(again.out.find("some: out"), std::string::npos) << again.out;
+}
+
 TEST_F(Batch, TakesNamesAsTheyAreOrRefusesThem) {
   fs::create_directory(path("names"));
   folder_->write("names/-x.csv", record_text(1));
@@ -173,6 +214,7 @@ TEST_F(Batch, LeavesOutRunsThatAreForNoModel) {
   const Ended ended = batch({"batch", "runs", "-o", "runs_out"});
   EXPECT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.out.find("1 judged, 0 failed"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("skipped  1 of runs: 20261122T100000Z-goto: a run without"), std::string::npos) << ended.out;
   EXPECT_NE(content_of(path("runs_out") / "report.html").find("that needs 5 records"), std::string::npos);
 }
 
