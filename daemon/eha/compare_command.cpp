@@ -14,6 +14,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/model_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/text_table.hpp"
@@ -46,8 +47,9 @@ Examples:
   eha compare models/io.json models/fo.json record.csv -o bode.svg)";
 
 struct CompareCommand {
-  std::vector<std::string> sources;                  ///< run folders and records, or model files (.json)
-  std::optional<std::filesystem::path> output = {};  ///< report (.html), or picture of the Bode plots
+  std::vector<std::string> sources;                           ///< run folders and records, or model files (.json)
+  ident::Intersample intersample = ident::Intersample::held;  ///< of files
+  std::optional<std::filesystem::path> output = {};           ///< report (.html), or picture of the Bode plots
 };
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
@@ -229,8 +231,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
       "and runs together\n"
       "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
+      "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a zero "
+      "(gains b0, b1)\n"
       "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
-      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kDeadBandIs);
+      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", identify::kFalseAlarm},
@@ -389,6 +393,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<identify::Source> sources;
   for (const std::string& record : records) {
     sources.push_back(identify::load_source(record, {}, {}, console.progress_callback()));
+    if (command.intersample == ident::Intersample::straight) identify::take_input_as_straight(sources.back());
   }
   console.end_progress();
   warn_of_one_run_twice(sources, console);
@@ -451,6 +456,7 @@ void add_compare(CLI::App& app, ParsedLine& line) {
       ->required()
       ->expected(2, 1000)
       ->type_name("RUN|MODEL|FILE");
+  add_intersample_option(*sub, command.intersample);
   sub->add_option("-o,--output", command.output,
                   "Report to write (.html), or a picture of the Bode plots (.svg, .png, .pdf)")
       ->type_name("FILE")

@@ -224,8 +224,12 @@ void add_record_options(CLI::App& app, RecordOptions& record) {
   app.add_option("--discard", record.discard_s, "Do not compare the first SECONDS (default 0, or the experiment's)")
       ->type_name("SECONDS")
       ->check(finite_number("seconds >= 0", [](double s) { return s >= 0.0; }));
+  add_intersample_option(app, record.intersample);
+}
+
+void add_intersample_option(CLI::App& app, ident::Intersample& intersample) {
   add_choice(
-      app, "--intersample", record.intersample, kIntersample,
+      app, "--intersample", intersample, kIntersample,
       "The input of a file between its rows: zoh, held as a controller's output (default); foh, in straight lines as a "
       "signal that was sampled");
 }

@@ -28,6 +28,9 @@ struct RecordOptions {
 /// Adds --decimate, --discard and --intersample.
 void add_record_options(CLI::App& app, RecordOptions& record);
 
+/// Adds --intersample alone.
+void add_intersample_option(CLI::App& app, ident::Intersample& intersample);
+
 /// Options on the models to fit.
 struct ModelOptions {
   /// --model, in order, of model_names(); without --structure too: the experiment's

@@ -48,7 +48,9 @@ ident::FitOptions whole(ident::FitOptions options) {
 }
 
 ident::FitOptions options_of(const Source& source) {
-  return whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
+  ident::FitOptions options = whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
+  options.decimation *= parts_of_a_row(source);
+  return options;
 }
 
 /// Progress of the fits inside the nth of `count` fits.
