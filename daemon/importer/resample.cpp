@@ -182,9 +182,17 @@ class Resampler {
       nearest = placed.row;
       off_s = placed.off_s;
     }
-    note(k, kind, nearest, off_s);
+    // What was not measured is not in the nearest measured row.
+    note(k, kind, kind == Kind::measured || kind == Kind::moved ? nearest : row_at(at), off_s);
     if (kind == Kind::filled || kind == Kind::input_filled || kind == Kind::output_filled) result_.filled.push_back(k);
     if (kind == Kind::filled || kind == Kind::input_filled) result_.held.push_back(k);
+  }
+
+  /// Row of the file at a time of the grid, which may lack values; in a gap the one after it. Times must not fall.
+  [[nodiscard]] std::size_t row_at(double at) {
+    const double from_s = at - 0.5 * result_.step_s * (1.0 + kOnGrid);
+    while (next_row_ + 1 < time_s_.size() && !(time_s_[next_row_] >= from_s)) ++next_row_;
+    return next_row_;
   }
 
   struct Placed {
@@ -308,6 +316,7 @@ class Resampler {
   Repairs output_filled_;
   Repairs input_filled_;
   Repairs moved_;
+  std::size_t next_row_ = 0;  ///< of the file, see row_at()
   Kind kind_ = Kind::measured;
   std::size_t stretch_from_ = 0;
   std::size_t stretch_row_ = 0;

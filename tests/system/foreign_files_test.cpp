@@ -149,7 +149,7 @@ TEST(Resampling, ListsMarksAndCountsWhatItFills) {
   EXPECT_EQ(document.at("rows"), kRows);
   EXPECT_EQ(document.at("filled_rows"), 4);
   EXPECT_EQ(document.at("repairs").size(), 3U);
-  EXPECT_EQ(document.at("repairs").at(0), "gaps.csv:501: 5 to 5.02 s: nothing measured, 3 rows filled");
+  EXPECT_EQ(document.at("repairs").at(0), "gaps.csv:502: 5 to 5.02 s: nothing measured, 3 rows filled");
   const std::string written = content_of(folder.path() / "record.csv");
   EXPECT_EQ(written.substr(0, written.find('\n')), "time_s,voltage_V,displacement_in,filled");
   EXPECT_NE(written.find(fmt::format("\n5.01,{},", record.input_V[499])), std::string::npos) << "the input is held";

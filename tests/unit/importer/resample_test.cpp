@@ -76,6 +76,23 @@ TEST(Resample, KeepsTheInputOfARowWhoseOutputIsMissing) {
       << even.repairs[0];
 }
 
+TEST(Resample, NamesTheLineThatLacksAValue) {
+  Rows rows = rows_at({0.0, 1.0, 2.0, 3.0, 4.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0});
+  rows.has_lines = true;
+  rows.header_line = 1;
+  rows.line_marks = {{0, 2}};
+  rows.columns[2][1] = kMissing;                       // line 3
+  rows.columns[1][7] = kMissing;                       // line 9
+  rows.columns[1][9] = rows.columns[2][9] = kMissing;  // line 11
+  const Resampled even = resample(rows, 1, {}, "r.csv");
+  std::string all;
+  for (const std::string& repair : even.repairs) all += repair + "\n";
+  for (const char* found : {"r.csv:3: at 1 s: no output measured", "r.csv:9: at 10 s: no input measured",
+                            "r.csv:11: at 12 s: nothing measured", "r.csv:7: 5 to 7 s: nothing measured"}) {
+    EXPECT_NE(all.find(found), std::string::npos) << found << "\n" << all;
+  }
+}
+
 TEST(Resample, KeepsTheOutputOfARowWhoseInputIsMissing) {
   Rows rows = rows_at({0.0, 1.0, 2.0, 3.0, 4.0});
   rows.columns[1][2] = kMissing;
