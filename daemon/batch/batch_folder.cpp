@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/one_line_texts.hpp"
+#include "daemon/record/own_file.hpp"
 #include "daemon/record/sha256.hpp"
 
 namespace eha::batch {
@@ -85,10 +86,7 @@ Batch read_batch(const fs::path& path) {
 /// Files are moved to and from the folders of a batch: none of them may lead elsewhere. @throws DataError
 void require_no_links(const fs::path& batch) {
   for (const fs::path& name : {fs::path(kRecords), fs::path(kWork), fs::path(kWork) / kRenumbered}) {
-    std::error_code ignored;
-    if (fs::is_symlink(batch / name, ignored)) {
-      throw DataError(fmt::format("{}: is a link; the folders of a batch are its own", (batch / name).string()));
-    }
+    record::require_no_link(batch / name);
   }
 }
 

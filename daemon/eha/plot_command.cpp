@@ -18,6 +18,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
@@ -28,6 +29,7 @@
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/number_table.hpp"
+#include "daemon/record/own_file.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -47,21 +49,30 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPlotFooter = R"(
-A run: measured output, its best models, errors and input over time; fit.csv: the same with the two models of least
-error. A run of `eha track`: reference, rod, error and command. A record or another table of eha: its columns over the first one. A model file: gain and phase with 95 % bounds,
-over the measured response if frequency_response.csv is beside it, and below the measured gain over the model's, on a
-scale of its own; its parameters with their 95 % intervals are printed. A controller file: a step on its twin; its report
-has trapezoids, sine and hold too. Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
+What is drawn:
+  run                 over time the measured output with the recommended model and its runner-up, their errors, the input
+  fit.csv             the same with the two models of least error
+  run of `eha track`  over time reference and rod, the error, the command
+  record              output and input over time; --period for one without times, as for `eha import`
+  another table       its columns over the first one
+  model               gain and phase over frequency, with 95 % bounds (narrow ones are hidden by the line) within the
+                      usable band, which is grey; the measured response and its noise if frequency_response.csv is beside
+                      it, the model behind its map at the measured lines (squares), and the measured gain over the model's
+                      on a scale of its own. Its parameters with their 95 % intervals are printed
+  controller          over time a step on its twin: position and reference, error, command; its report has the rest
+Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
 
 Examples:
   eha plot runs/latest
   eha plot models/io.json -o bode.svg
   eha plot record.csv -o record.png
+  eha plot logger.txt --period 0.001 --input 2 --output 3
   eha plot axis.toml -o step.svg)";
 
 struct PlotCommand {
   std::string source;                                ///< run folder, CSV, model or controller file
+  importer::Options import = {};                     ///< of a record of another program
   std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
 };
 
@@ -220,8 +231,30 @@ bool is_own_table(const std::string& file) {
   return false;
 }
 
-plot::Figure figure_of(const std::string& source, const Console& console) {
+/// Draws a record of another program, or a part of one.
+plot::Figure of_record(const PlotCommand& command, Console& console) {
+  identify::Source source =
+      identify::load_source(command.source, std::nullopt, command.import, console.progress_callback());
+  console.end_progress();
+  print_import(source.guess, source.remarks, source.repairs, console);
+  const DisplayUnit unit = console.unit(source.units);
+  ident::Record& record = source.record;
+  record.output *= unit.factor(record.output_channel.unit);
+  record.output_channel.unit = unit.of(record.output_channel.unit);
+  return report::record_figure(record, title_of(command.source));
+}
+
+/// Whether an option says how a record is to be read.
+bool is_to_import(const importer::Options& options) {
+  return options.time || options.input || options.output || options.delimiter || options.decimal || options.thousands ||
+         options.period_s || options.from_s || options.to_s || options.resample;
+}
+
+plot::Figure figure_of(const PlotCommand& command, Console& console) {
+  const std::string& source = command.source;
   std::error_code ignored;
+  if (is_to_import(command.import)) return of_record(command, console);
+  record::require_no_link_of_others(source);
   if (fs::is_directory(source, ignored)) return of_run(source, console);
   if (is_controller_file(source)) return of_controller(source, console);
   if (fs::path(source).extension() == ".json") return of_model(source, console.unit(rig_units_of_model(source)));
@@ -232,10 +265,7 @@ plot::Figure figure_of(const std::string& source, const Console& console) {
     if (auto figure = of_known_table(source, table, rig_units, unit)) return *figure;
     return of_table(table, title_of(source), unit);
   }
-  ident::Record record = identify::load_source(source, std::nullopt).record;
-  record.output *= console.unit().factor(record.output_channel.unit);
-  record.output_channel.unit = console.unit().of(record.output_channel.unit);
-  return report::record_figure(record, title_of(source));
+  return of_record(command, console);
 }
 
 /// "K  0.1305 in/(V s)  (95 %: 0.1297 to 0.1313 in/(V s))" of each estimated parameter of a model file, a line each;
@@ -285,10 +315,23 @@ plot::CharacterSize terminal_size(std::size_t panels) {
   return size;
 }
 
-ExitCode execute(const PlotCommand& command, Console& console) {
+/// An earlier version took --output for the picture, and no column has such a name.
+PlotCommand as_meant(PlotCommand command) {
+  if (command.output || !command.import.output) return command;
+  const std::string ending = fs::path(*command.import.output).extension().string();
+  const bool is_picture =
+      std::any_of(kFormats.begin(), kFormats.end(), [&](const FileFormat& known) { return ending == known.extension; });
+  if (!is_picture) return command;
+  command.output = *command.import.output;
+  command.import.output.reset();
+  return command;
+}
+
+ExitCode execute(const PlotCommand& given, Console& console) {
+  const PlotCommand command = as_meant(given);
   // Checked before the file is read, which may take a while.
   if (command.output) static_cast<void>(format_of(*command.output));
-  const plot::Figure figure = figure_of(command.source, console);
+  const plot::Figure figure = figure_of(command, console);
   if (!command.output) {
     console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())) +
                           parameters_text(command.source, console));
@@ -313,7 +356,8 @@ void add_plot(CLI::App& app, ParsedLine& line) {
                  line)
       ->required()
       ->type_name("RUN|CSV|MODEL|CONTROLLER");
-  sub->add_option("-o,--output", plot.output, "Picture to write; its name ends in .png, .svg or .pdf")
+  add_import_options(*sub, line, plot.import, ImportedColumns::record);
+  sub->add_option("-o", plot.output, "Picture to write; its name ends in .png, .svg or .pdf (--output: a column)")
       ->type_name("FILE");
 }
 

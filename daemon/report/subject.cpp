@@ -15,6 +15,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/figures.hpp"
 #include "ident/model/model_file.hpp"
@@ -33,12 +34,16 @@ using Json = nlohmann::ordered_json;
 std::string text_of(const Json& json) { return json.is_string() ? json.get<std::string>() : std::string(); }
 
 ReportedModel read_model(const fs::path& path, const std::string& shown) {
+  record::require_no_link_of_others(path);
   return {ident::model_from_text(os::read_file(path), path.string()), shown};
 }
 
 /// Reads files that an earlier version or another program's folder may lack.
 void read_tables(const fs::path& folder, Subject& subject) {
   std::error_code ignored;
+  for (const std::string_view name : {identify::kFitFile, identify::kPaperFitFile, identify::kFrequencyResponseFile}) {
+    record::require_no_link(folder / name);
+  }
   if (const fs::path path = folder / identify::kFitFile; fs::exists(path, ignored)) {
     subject.fit = identify::read_fit_table(path);
   }
@@ -168,6 +173,7 @@ Subject load_run(const fs::path& folder) {
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :
        record::models_from_json(subject.part("identification", "models"), subject.name)) {
+    record::require_no_link(folder / entry.file);
     if (fs::exists(folder / entry.file, ignored)) {
       subject.models.push_back(read_model(folder / entry.file, entry.file));
     } else {
@@ -187,6 +193,7 @@ Subject load_run(const fs::path& folder) {
       subject.notes.push_back(
           fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, shell_word(folder.string())));
     }
+    for (const char* name : {kTrackRows, kTrackFile}) record::require_no_link(folder / name);
     try {
       subject.record = record::read_run(folder).record;
       subject.trial_changes = changes_of_trial(folder / kTrackFile);

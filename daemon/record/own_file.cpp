@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/record/own_file.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <system_error>
+
+#include "core/error.hpp"
+#include "core/terminal_text.hpp"
+
+namespace eha::record {
+
+void require_no_link(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_symlink(path, ignored)) return;
+  throw DataError(
+      fmt::format("{}: is a link; the files of such a folder are its own, and a link may lead to any other file",
+                  one_line(path.string())));
+}
+
+void require_no_link_of_others(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return;
+  if (status.st_uid == ::geteuid() || status.st_uid == 0) return;
+  throw DataError(fmt::format("{}: is a link of another user, which may lead to any file; name the file itself",
+                              one_line(path.string())));
+}
+
+}  // namespace eha::record
