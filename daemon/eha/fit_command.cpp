@@ -242,7 +242,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
     }
   }
   const IdentificationTask task = task_for(command, source);
-  print_warnings(source, task.options.decimation, console);
+  print_warnings(source, task.options.decimation / identify::parts_of_a_row(source), console, [&](int every) {
+    return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
+  });
   if (command.sweep) {
     const auto folder = command.output      ? command.output
                         : source.run_folder ? std::optional(*source.run_folder / record::kModelsFolder)

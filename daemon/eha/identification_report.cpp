@@ -14,6 +14,7 @@
 #include "daemon/eha/model_report.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/publish.hpp"
+#include "daemon/identify/size_hint.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
@@ -72,20 +73,15 @@ void write_report(const std::filesystem::path& run_folder, const DisplayUnit& un
   }
 }
 
-void print_warnings(const identify::Source& source, int decimation, const Console& console) {
+void print_warnings(const identify::Source& source, int decimation, const Console& console,
+                    const std::function<std::string(int)>& command) {
   for (const std::string& sentence : identify::warnings(source)) console.warning(sentence);
-  constexpr std::size_t kQuicklyFitted_rows = 20'000;  // by the ladder, in some ten seconds
-  const auto rows = static_cast<std::size_t>(source.record.input.size());
-  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
-  const auto size = identify::size_warning(rows, decimation);
-  if (size) {
-    console.warning(*size);
-  } else if (compared > kQuicklyFitted_rows) {
-    const std::size_t every = (rows + kQuicklyFitted_rows - 1) / kQuicklyFitted_rows;
-    console.info(fmt::format(
-        "comparing {} rows may take minutes; --decimate {} compares filtered samples every {:g} s, nearly as exact for "
-        "a plant that is slow compared with them",
-        compared, every, static_cast<double>(every) * source.record.step_s));
+  const auto hint = identify::size_hint(source, decimation, command);
+  if (!hint) return;
+  if (hint->is_grave) {
+    console.warning(hint->sentence);
+  } else {
+    console.info(hint->sentence);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -16,8 +17,10 @@ namespace eha::cli {
 void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
                   std::vector<std::filesystem::path>& written, const Console& console);
 
-/// Prints the warnings before a fit: reasons for less reliable models of the source, and a long computing time.
-void print_warnings(const identify::Source& source, int decimation, const Console& console);
+/// Prints the warnings before a fit: reasons for less reliable models of the source, and a long computing time with
+/// what shortens it. @param decimation, command  as for identify::size_hint()
+void print_warnings(const identify::Source& source, int decimation, const Console& console,
+                    const std::function<std::string(int)>& command = {});
 
 /// Prints an identification and the files written, as the short report (with -v all tables too) or as the rest of
 /// `document`.

@@ -19,14 +19,16 @@
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
+#include "daemon/identify/size_hint.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/lags_note.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
-#include "ident/validation/lags_note.hpp"
 
 namespace eha::cli {
 namespace {
@@ -87,6 +89,12 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record, identify::parts_of_a_row(source));
+  if (const auto hint =
+          identify::size_hint(source, options.decimation / identify::parts_of_a_row(source), [&](int every) {
+            return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
+          })) {
+    console.info(hint->sentence);
+  }
   identify::ScoredModel scored_here;
   try {
     scored_here = identify::score_model(model, source, options, console.progress_callback());
@@ -130,6 +138,11 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   text += correlation_line("residual with itself", validation.acf, 1);
   text += correlation_line("residual with input", validation.ccf, 0);
+  ident::Model judged_as_shown = shown;
+  if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
+  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty()) {
+    text += wrapped(note, 0) + "\n";
+  }
   text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
   for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
   if (!can_tell) text += fmt::format("  Cannot tell whether it is of this plant: {}.\n", scored_here.cannot_tell);
@@ -138,11 +151,6 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
   }
   console.print(text);
-  ident::Model judged_as_shown = shown;
-  if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
-  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty()) {
-    text += wrapped(note, 0) + "\n";
-  }
   if (!model.verdict->accepted) {
     // The record has a model of its own, or should have one.
     const std::string fit = "eha fit " + shell_word(command.source);

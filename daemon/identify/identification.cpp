@@ -28,7 +28,6 @@
 namespace eha::identify {
 namespace {
 
-constexpr std::size_t kQuicklyCompared_rows = 1'000'000;
 constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
 constexpr double kFewestPeriods = 2.0;
 constexpr double kEnoughPeriods = 10.0;
@@ -384,15 +383,6 @@ IdentificationTask task_of(const Source& source) {
     task.acceptance = source.experiment->acceptance;
   }
   return task;
-}
-
-std::optional<std::string> size_warning(std::size_t rows, int decimation) {
-  const std::size_t compared = rows / static_cast<std::size_t>(std::max(1, decimation));
-  if (compared <= kQuicklyCompared_rows) return std::nullopt;
-  return fmt::format(
-      "comparing {} rows may take minutes; --decimate {} compares filtered samples, nearly as exact for a plant that "
-      "is slow compared with the sampling",
-      compared, (rows + kQuicklyCompared_rows - 1) / kQuicklyCompared_rows);
 }
 
 Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,

@@ -81,9 +81,6 @@ struct Comparisons {
   enum class Ladder { leave_out, include } ladder = Ladder::leave_out;
 };
 
-/// Returns a warning if comparing this many rows may take minutes (ten million took six); otherwise nothing.
-[[nodiscard]] std::optional<std::string> size_warning(std::size_t rows, int decimation);
-
 /// Fits and judges each structure of the task, or climbs the ladder if it has none, and recommends a model. While no
 /// model is accepted, tries other starts, then the ladder, and finally writes the next experiment; see Round. Then
 /// makes the comparisons and measures the frequency response of the source.

@@ -47,15 +47,6 @@ TEST(ExitCodeOfModels, TellsAcceptedRejectedAndUnconverged) {
   EXPECT_EQ(exit_code({model_that(Came::unconverged)}), ExitCode::not_converged);
 }
 
-TEST(SizeWarning, NamesADecimationForARecordThatTakesMinutes) {
-  EXPECT_FALSE(size_warning(1'000'000, 1));
-  EXPECT_FALSE(size_warning(10'000'000, 10));
-  const auto sentence = size_warning(10'000'000, 2);
-  ASSERT_TRUE(sentence);
-  EXPECT_NE(sentence->find("5000000 rows"), std::string::npos) << *sentence;
-  EXPECT_NE(sentence->find("--decimate 10 "), std::string::npos) << *sentence;
-}
-
 TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   const Source source = lag_source();
   std::vector<std::pair<double, std::string>> steps;
