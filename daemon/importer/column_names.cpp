@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/terminal_text.hpp"
 #include "core/text.hpp"
 #include "daemon/importer/text_lines.hpp"
 
@@ -276,15 +277,7 @@ std::string readable(std::string_view name, std::size_t length) {
   std::size_t end = std::min(name.size(), length);
   // Not within a character.
   while (end < name.size() && end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
-  std::string text(name.substr(0, end));
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    if (byte < ' ' || byte == 0x7f) text[i] = '?';
-    // U+0080 to U+009F control a terminal too.
-    if (byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0) {
-      text.replace(i, 2, "?");
-    }
-  }
+  const std::string text = one_line(name.substr(0, end));
   return end < name.size() ? text + "..." : text;
 }
 

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "core/terminal_text.hpp"
+#include "core/utf8.hpp"
 #include "daemon/plot/axis_range.hpp"
 #include "daemon/plot/gnuplot.hpp"
 
@@ -50,18 +52,6 @@ const Style& style_of(int style) {
   const std::size_t last = kStyles.size() - 1;
   const auto index = static_cast<std::size_t>(std::max(0, style));
   return kStyles[index <= last ? index : 2 + (index - 2) % (last - 1)];
-}
-
-/// Number of bytes of the UTF-8 character that begins at `at`; 0 when there is none.
-std::size_t character_length(std::string_view text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned first = byte(at);
-  const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  if (length == 0 || first > 0xF4 || at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(at + i) & 0xC0U) != 0x80) return 0;
-  }
-  return length;
 }
 
 bool is_drawn(const Series& series, bool in_characters) {
@@ -201,12 +191,17 @@ void add_decoration(std::string& script, const Panel& panel, const Range& x_rang
   }
 }
 
-/// Estimated width of a text in letters of the lower case: digits and capitals are wider.
+/// Estimated width of a text in letters of the lower case: digits and capitals are wider, m and w most.
 double letters_of(std::string_view text) {
   constexpr double kWide = 1.3;
+  constexpr double kWidest = 1.6;
   double letters = 0.0;
   for (const char c : text) {
     const bool is_continued = (static_cast<unsigned char>(c) & 0xC0U) == 0x80;  // of a UTF-8 character
+    if (c == 'm' || c == 'w') {
+      letters += kWidest;
+      continue;
+    }
     if (!is_continued) letters += (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ? kWide : 1.0;
   }
   return letters;
@@ -262,13 +257,14 @@ bool has_title(const Figure& figure, Surface surface) { return surface == Surfac
 /// gnuplot reserves 0.7 em for a letter of the key, more than it needs: with less width more entries fit into a row.
 std::string key_width(const Panel& panel) {
   constexpr double kNeeded = 0.8;  // of that, for a letter of the lower case
+  constexpr double kAir = 1.0;     // letters before the line of the next entry
   double reserved = 0.0;
   double needed = 0.0;
   for (const Series& series : panel.series) {
     reserved = std::max(reserved, static_cast<double>(series.label.size()));
     needed = std::max(needed, kNeeded * letters_of(series.label));
   }
-  return fmt::format("set key width {:.1f}\n", needed - reserved);
+  return fmt::format("set key width {:.1f}\n", needed - reserved + kAir);
 }
 
 std::string bottom_margin(const Panel& panel) {
@@ -337,8 +333,8 @@ std::string quoted(const std::string& text) {
       const bool is_control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
       // gnuplot 5.4 misreads a doubled quote at the beginning of a constant.
       result += c == '\'' ? std::string("\xE2\x80\x99") : std::string(1, is_control ? ' ' : c);
-    } else if (length == 2 && text[at] == '\xC2' && static_cast<unsigned char>(text[at + 1]) < 0xA0) {
-      result += ' ';  // control characters of terminals, like those below the blank
+    } else if (controls_text(std::string_view(text).substr(at, length))) {
+      result += ' ';  // as those below the blank
     } else {
       result.append(text, at, length);
     }

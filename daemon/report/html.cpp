@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/utf8.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
@@ -16,18 +17,6 @@ namespace {
 
 using ident::Model;
 using ident::ParameterEstimate;
-
-/// Number of bytes of the UTF-8 character at the beginning of a text; 0 when there is none.
-std::size_t character_length(std::string_view text) {
-  const auto first = static_cast<unsigned char>(text.front());
-  const std::size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
-  if (first > 0xF4 || length > text.size()) return 0;
-  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80; };
-  return std::all_of(text.begin() + 1, text.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(length, 1)),
-                     continues)
-             ? length
-             : 0;
-}
 
 const char* class_of(Column kind) {
   return kind == Column::number ? " class=\"number\"" : kind == Column::wide_text ? " class=\"wide\"" : "";

@@ -23,7 +23,7 @@ inline constexpr auto kHostilePieces = std::to_array<std::string_view>({
     "</style>", "</text>", "</svg>", "-->", "<![CDATA[", "<?xml", "\" onload=\"x", "' onload='x", "&#x3c;", "&amp",
     "\nEOD\n", "\ne\n", "\nsystem('id >&2')\n", "'; set output 'x", "\n!id\n", "@id", "\nNext: eha arm\n", "\x1b[2J",
     "\x1b]0;x\a",
-    "\xe2\x80\xae", "\nehad: error: x\n", "<3>"  // clang-format on
+    "\xe2\x80\xae", "\xe2\x80\x8f", "\x9b""31m", "\nehad: error: x\n", "<3>"  // clang-format on
 });
 
 /// A text of 1 to 8 of these pieces, some behind so many blanks that a text of `longest` is cut off within them.

@@ -14,9 +14,19 @@ TEST(TerminalText, LetsNothingThroughThatControlsATerminal) {
             "?31m?\xC2");
 }
 
+TEST(TerminalText, LetsNoControlOfEightBitsThrough) {
+  EXPECT_EQ(terminal_text("a\x9B"
+                          "31m\x85\xE4\xC5\x9B\xE6\xB2\x9B\x9F"),
+            "a?31m?\xE4\xC5\x9B\xE6\xB2\x9B?");
+}
+
 TEST(TerminalText, ShowsALineInTheOrderInWhichItIsCopied) {
-  EXPECT_EQ(terminal_text("eha fit \xE2\x80\xAEvsc.exe\xE2\x81\xA9 \xE2\x80"), "eha fit ?vsc.exe? \xE2\x80");
+  EXPECT_EQ(terminal_text("eha fit \xE2\x80\xAEvsc.exe\xE2\x81\xA9 \xE2\x80"), "eha fit ?vsc.exe? \xE2?");
   EXPECT_EQ(terminal_text("\xE2\x80\xAA\xE2\x81\xA6x\xE2\x80\xA9\xE2\x81\xA5"), "??x\xE2\x80\xA9\xE2\x81\xA5");
+  EXPECT_EQ(terminal_text("a\xE2\x80\x8F"
+                          "b\xE2\x80\x8E"
+                          "c\xD8\x9C\xD8\x9D"),
+            "a?b?c?\xD8\x9D");
 }
 
 TEST(TerminalText, KeepsLinesTabsAndEveryLanguage) {
@@ -30,7 +40,7 @@ TEST(OneLine, EndsNoLineWhateverTheNameHolds) {
   EXPECT_EQ(one_line("a\xC2\x85"
                      "b\xE2\x80\xA8"
                      "c\xE2\x80\xA9 \xE2\x80\x99\xC2\xB5m\xE2\x80"),
-            "a?b?c? \xE2\x80\x99\xC2\xB5m\xE2\x80");
+            "a?b?c? \xE2\x80\x99\xC2\xB5m\xE2?");
 }
 
 }  // namespace

@@ -214,7 +214,7 @@ TEST(Gnuplot, GivesDigitsAndCapitalsOfAKeyTheirWidth) {
     const std::string script = script_of(ramp("a", label), Surface::page);
     return std::stod(script.substr(script.find("set key width ") + 14));
   };
-  EXPECT_LT(key_width("integrator_lag_valve_x"), -4.0);
+  EXPECT_LT(key_width("integrator_lag_valve_x"), -3.0);
   EXPECT_GT(key_width("20261125T231210Z-paper"), -2.0);
 }
 

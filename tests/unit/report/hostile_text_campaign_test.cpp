@@ -205,10 +205,11 @@ TEST(HostileTextCampaign, ControlsNoTerminalAndEndsNoLine) {
     for (std::size_t at = 0; at < line.size(); ++at) {
       const auto byte = static_cast<unsigned char>(line[at]);
       ASSERT_TRUE(byte >= ' ' && byte != 0x7f) << i;
-      // U+0080 to U+009F; U+2028 to U+202E; U+2066 to U+2069.
+      // U+0080 to U+009F; U+200E, U+200F; U+2028 to U+202E; U+2066 to U+2069.
       const auto next = static_cast<unsigned char>(at + 1 < line.size() ? line[at + 1] : '\0');
       const auto third = static_cast<unsigned char>(at + 2 < line.size() ? line[at + 2] : '\0');
       ASSERT_FALSE(byte == 0xC2 && next >= 0x80 && next < 0xA0) << i;
+      ASSERT_FALSE(byte == 0xE2 && next == 0x80 && (third == 0x8E || third == 0x8F)) << i;
       ASSERT_FALSE(byte == 0xE2 && next == 0x80 && third >= 0xA8 && third <= 0xAE) << i;
       ASSERT_FALSE(byte == 0xE2 && next == 0x81 && third >= 0xA6 && third <= 0xA9) << i;
     }
