@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -25,7 +27,7 @@ constexpr std::size_t kGridPoints = 80;
 constexpr int kMapStyle = 2;
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
-constexpr double kBeyondModel_dB = 20.0;   // of the models' gains: noise far below would flatten them
+constexpr double kBeyondModel_dB = 40.0;   // of the models' gains: noise far below would flatten them
 
 /// Grows to hold finite values.
 struct Range {
@@ -158,19 +160,34 @@ Panel gain_error_panel(const std::vector<double>& measured_dB, const std::vector
   return panel;
 }
 
-/// Removes marks that the axis would cut, and with its last mark a series: noise far below the models.
-void drop_points_outside(Panel& gain) {
-  if (!gain.y_range) return;
+/// Removes marks below an axis that ends at `lowest`, and says so in the key: noise far below the models.
+void drop_points_below(Panel& gain, double lowest) {
+  std::string below;
   for (Series& series : gain.series) {
     if (series.mark != Mark::points) continue;
+    std::size_t shown = 0;
+    std::size_t dropped = 0;
     for (double& y : series.y) {
-      if (y < gain.y_range->first || y > gain.y_range->second) y = std::numeric_limits<double>::quiet_NaN();
+      if (!std::isfinite(y)) continue;
+      const bool is_shown = y >= lowest;
+      (is_shown ? shown : dropped) += 1;
+      if (!is_shown) y = std::numeric_limits<double>::quiet_NaN();
+    }
+    if (dropped == 0) continue;
+    const std::string where = fmt::format("below {:.0f} dB", lowest);
+    if (shown == 0) {
+      below += "; " + series.label + " " + where;
+    } else {
+      series.label += fmt::format(" ({} of {} lines {})", dropped, shown + dropped, where);
     }
   }
   std::erase_if(gain.series, [](const Series& series) {
     return series.mark == Mark::points &&
            std::none_of(series.y.begin(), series.y.end(), [](double y) { return std::isfinite(y); });
   });
+  for (Series& series : gain.series) {
+    if (series.mark == Mark::error_bars) series.label += below;
+  }
 }
 
 bool is_measured(const NumberTable* response) {
@@ -325,9 +342,9 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
     for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});
   }
+  drop_points_below(gain, gains.low);
   gain.y_range = gains.widened(3.0);
   phase.y_range = phases.widened(5.0);
-  drop_points_outside(gain);
   if (frequencies.low < frequencies.high) {
     for (Panel* panel : {&gain, &phase}) panel->x_range = std::pair(frequencies.low, frequencies.high);
   }

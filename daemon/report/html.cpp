@@ -46,11 +46,6 @@ std::string fraction(const std::string& above, const std::string& below) {
                      hidden(") / ("), below, hidden(")"));
 }
 
-/// Between an estimate and half its interval, which takes the structure for the plant's.
-const char* plus_minus(const Model& model) {
-  return model.verdict && may_miss_a_part(*model.verdict) ? "± at least" : "±";
-}
-
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
@@ -69,6 +64,10 @@ bool reaches_its_offset(const Model& model) {
 }
 
 }  // namespace
+
+const char* plus_minus(const Model& model) {
+  return model.verdict && may_miss_a_part(*model.verdict) ? "± at least" : "±";
+}
 
 std::string escaped(std::string_view text) {
   std::string html;
@@ -135,12 +134,8 @@ std::string equation(const Model& model) {
   std::string html =
       fmt::format("<p class=\"equation\">G(s) = {}", fraction(polynomial(g.numerator), polynomial(g.denominator)));
   if (g.delay_s > 0.0) html += fmt::format(" &middot; e<sup>&minus;{:.4g} s</sup>", g.delay_s);
-  if (const std::string form = ident::engineering_form(model); !form.empty()) {
+  if (const std::string form = ident::engineering_form(model, plus_minus(model)); !form.empty()) {
     html += "<br>" + escaped(form);
-    const auto gain = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                   [](const ParameterEstimate& p) { return p.name == "K" && !p.fixed; });
-    const double width = gain == model.parameters.end() ? 0.0 : gain->upper95 - gain->lower95;
-    if (width > 0.0 && std::isfinite(width)) html += fmt::format(" (K {} {:.2g})", plus_minus(model), 0.5 * width);
   }
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {

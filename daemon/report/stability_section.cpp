@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "daemon/report/figures.hpp"
+#include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/fractional/poles.hpp"
 #include "ident/fractional/stability.hpp"
@@ -35,7 +36,7 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
       model.stability ? *model.stability : ident::stability(model.transfer_function);
   const double limit_deg = 90.0 * poles.base_order;
   Remark remark;
-  const std::string figures = ident::engineering_form(model);
+  const std::string figures = ident::engineering_form(model, plus_minus(model));
   remark.seen =
       !figures.empty()
           ? fmt::format("{}: {} (T of a real pole, f0 and damping D of a pair; unstable is the right half).",

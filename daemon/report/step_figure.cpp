@@ -73,6 +73,64 @@ std::vector<double> speeds(const Eigen::VectorXd& output, double step_s) {
   return result;
 }
 
+constexpr double kReached = 0.632;      // of the final value, 1 - 1/e
+constexpr Eigen::Index kFineRows = 40;  // that resolve a time
+
+/// Time at which the output, or its speed where it goes on moving, has reached 63 % of `final` [s]: by grids that
+/// become finer until they resolve it, as the axis of a picture may be much longer than a lag. 0 for a model without a
+/// lag.
+double time_of_reaching(const ident::TransferFunction& g, double duration_s, bool goes_on, double final) {
+  constexpr double kNoLag = 1e-6;  // of the axis
+  const auto has_reached = [&](double value) {
+    return value * (final < 0.0 ? -1.0 : 1.0) >= kReached * std::abs(final);
+  };
+  for (double shown_s = duration_s; shown_s > kNoLag * duration_s;) {
+    const double step_s = shown_s / static_cast<double>(kRows - 1);
+    const Eigen::VectorXd y = step_response(g, step_s);
+    const std::vector<double> values = goes_on ? speeds(y, step_s) : std::vector<double>(y.begin(), y.end());
+    const auto at = std::find_if(values.begin(), values.end(), has_reached) - values.begin();
+    // Nothing moves before the dead time, for any grid.
+    if (at >= kFineRows) return std::max((static_cast<double>(at) + (goes_on ? 0.5 : 0.0)) * step_s, g.delay_s);
+    shown_s = 4.0 * static_cast<double>(at + 1) * step_s;
+  }
+  return g.delay_s;
+}
+
+/// The response of a model over the axis of a picture, and its lag.
+struct Response {
+  double final = 0.0;  ///< last output, or last speed where the output goes on moving
+  bool goes_on = false;
+  double reached_s = 0.0;  ///< see time_of_reaching()
+};
+
+Response response_of(const ident::Model& model, double duration_s) {
+  const double step_s = duration_s / static_cast<double>(kRows - 1);
+  const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
+  const std::vector<double> rate = speeds(y, step_s);
+  const double fastest = std::abs(
+      *std::max_element(rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
+  const bool goes_on = std::abs(rate.back()) > kStillMoving * fastest;
+  const double final = goes_on ? rate.back() : y[kRows - 1];
+  return {final, goes_on, time_of_reaching(model.transfer_function, duration_s, goes_on, final)};
+}
+
+/// Adds output and speed to lines, from a time on.
+void add_rows(const ident::TransferFunction& g, double duration_s, double from_s, plot::Series& outputs,
+              plot::Series& rates) {
+  const double step_s = duration_s / static_cast<double>(kRows - 1);
+  const Eigen::VectorXd y = step_response(g, step_s);
+  const std::vector<double> rate = speeds(y, step_s);
+  for (Eigen::Index k = 0; k < kRows; ++k) {
+    const double at_s = static_cast<double>(k) * step_s;
+    if (at_s < from_s) continue;
+    outputs.x.push_back(at_s);
+    outputs.y.push_back(y[k]);
+    if (k + 1 == kRows) continue;
+    rates.x.push_back(at_s + 0.5 * step_s);
+    rates.y.push_back(rate[static_cast<std::size_t>(k)]);
+  }
+}
+
 }  // namespace
 
 plot::Figure step_figure(const std::vector<const ident::Model*>& models, const std::string& title) {
@@ -81,14 +139,16 @@ plot::Figure step_figure(const std::vector<const ident::Model*>& models, const s
   plot::Panel speed{.x_label = "time after the step [s]", .y_label = axis_label({"speed", unit + "/s"})};
   double duration_s = 0.0;
   for (const ident::Model* model : models) duration_s = std::max(duration_s, shown_s(*model));
-  const double step_s = duration_s / static_cast<double>(kRows - 1);
   int style = 1;
   for (const ident::Model* model : models) {
-    const Eigen::VectorXd y = step_response(model->transfer_function, step_s);
-    plot::Series outputs{.label = model->name, .x = {}, .y = {y.begin(), y.end()}, .style = style};
-    for (Eigen::Index k = 0; k < kRows; ++k) outputs.x.push_back(static_cast<double>(k) * step_s);
-    plot::Series rates{.label = "", .x = {}, .y = speeds(y, step_s), .style = style};
-    for (Eigen::Index k = 0; k + 1 < kRows; ++k) rates.x.push_back((static_cast<double>(k) + 0.5) * step_s);
+    plot::Series outputs{.label = model->name, .x = {}, .y = {}, .style = style};
+    plot::Series rates{.label = "", .x = {}, .y = {}, .style = style};
+    // A lag that is short against the axis has rows of its own.
+    constexpr double kShownReaches = 8.0;
+    const double start_s = kShownReaches * response_of(*model, duration_s).reached_s;
+    const bool is_short = start_s > 0.0 && start_s < 0.5 * duration_s;
+    if (is_short) add_rows(model->transfer_function, start_s, 0.0, outputs, rates);
+    add_rows(model->transfer_function, duration_s, is_short ? start_s : 0.0, outputs, rates);
     output.series.push_back(std::move(outputs));
     speed.series.push_back(std::move(rates));
     ++style;
@@ -111,26 +171,19 @@ std::string step_text(const ident::Model& model) {
 }
 
 std::string step_sentence(const ident::Model& model) {
-  const double step_s = shown_s(model) / static_cast<double>(kRows - 1);
-  const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
-  const std::vector<double> rate = speeds(y, step_s);
-  const double fastest = std::abs(
-      *std::max_element(rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
-  const bool goes_on = std::abs(rate.back()) > kStillMoving * fastest;
-  const double final = goes_on ? rate.back() : y[kRows - 1];
-  const auto has_reached = [&](double value) { return value * (final < 0.0 ? -1.0 : 1.0) >= 0.632 * std::abs(final); };
-  const auto at = goes_on ? std::find_if(rate.begin(), rate.end(), has_reached) - rate.begin()
-                          : std::find_if(y.begin(), y.end(), has_reached) - y.begin();
-  // Nothing moves before the dead time, for any grid.
-  const double after_s = std::max(static_cast<double>(at) * step_s, model.transfer_function.delay_s);
+  const Response response = response_of(model, shown_s(model));
   const std::optional<BandTimes> band = band_times(model);
-  const bool is_observed = !band || after_s >= band->fastest_s;
-  return fmt::format(
-      "1 {} {} {} {:.3g} {} with {}; 63 % of that {}.", model.input_unit,
-      model.input_map ? "behind the valve" : "at the input", goes_on ? "moves the output at" : "brings the output to",
-      final, model.output_unit + (goes_on ? "/s" : ""), model.name,
-      is_observed ? fmt::format("after {:.2g} s", after_s)
-                  : fmt::format("within {:.2g} s, the grey part; how fast there is not observed", band->fastest_s));
+  const bool is_observed = !band || response.reached_s >= band->fastest_s;
+  const std::string step = fmt::format("1 {} {} {} {:.3g} {} with {}", model.input_unit,
+                                       model.input_map ? "behind the valve" : "at the input",
+                                       response.goes_on ? "moves the output at" : "brings the output to",
+                                       response.final, model.output_unit + (response.goes_on ? "/s" : ""), model.name);
+  if (!(response.reached_s > 0.0)) return step + ", at once: the model has no lag.";
+  return fmt::format("{}; 63 % of that after {:.2g} s{}.", step, response.reached_s,
+                     is_observed ? std::string()
+                                 : fmt::format(" by the model, in the grey part of {:.2g} s: it is faster than the "
+                                               "usable band, and there the record shows little of it",
+                                               band->fastest_s));
 }
 
 plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {

@@ -11,12 +11,14 @@
 #include <vector>
 
 #include "ident/fractional/poles.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/structure/structure.hpp"
 
 namespace eha::ident {
 namespace {
 
 constexpr double kWhole = 1e-9;           // an order is a whole number
+constexpr double kSameGain = 0.005;       // a gain is the parameter K, beside a pole nearly at 0
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 
 bool is_whole(const std::vector<Term>& terms) {
@@ -95,9 +97,20 @@ std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& d
   return found;
 }
 
+/// "K = 0.1479 +- 0.0005", or "K/a0 = 7.6" where that is not the parameter K.
+std::string gain_text(const Model& model, double gain, std::string_view plus_minus) {
+  const auto k = std::find_if(model.parameters.begin(), model.parameters.end(),
+                              [](const ParameterEstimate& p) { return p.name == "K"; });
+  if (k == model.parameters.end()) return fmt::format("K = {:.4g}", gain);
+  if (!(std::abs(gain - k->value) <= kSameGain * std::abs(k->value))) return fmt::format("K/a0 = {:.4g}", gain);
+  const double half_width = half_width95(*k);
+  const bool is_shown = !plus_minus.empty() && !k->fixed && half_width > 0.0 && std::isfinite(half_width);
+  return "K = " + (is_shown ? with_half_width(gain, half_width, plus_minus) : fmt::format("{:.4g}", gain));
+}
+
 }  // namespace
 
-std::string engineering_form(const Model& model) {
+std::string engineering_form(const Model& model, std::string_view plus_minus) {
   const TransferFunction& g = model.transfer_function;
   if (!is_whole(g.numerator) || !is_whole(g.denominator)) return {};
   const std::vector<Term> numerator = present(g.numerator);
@@ -106,9 +119,8 @@ std::string engineering_form(const Model& model) {
   const double power = numerator.front().order - denominator.front().order;
   const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
   const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
-  std::string text = fmt::format("K = {:.4g}{}",
-                                 numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0),
-                                 unit.empty() ? "" : " " + unit);
+  const double gain = numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0);
+  std::string text = gain_text(model, gain, plus_minus) + (unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(model, denominator, "T", "f0", slow_s) + roots_text(model, numerator, "TD", "zeros at");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "ident/model/model.hpp"
 
@@ -11,8 +12,10 @@ namespace eha::ident {
 /// real pole and TD for each real zero, natural frequency f0 [Hz] and damping D for each pair, dead time.
 ///   "K = 0.1479 in/(V s), integrating; T = 0.0056 s; f0 = 12.1 Hz, D = 0.31; dead time 6.3 ms"
 /// A root in the right half plane has a negative T or D.
+/// Where the model has a parameter K of another size, because its denominator does not end in 1, the gain is K/a0.
+/// @param plus_minus  between K and half its 95 % interval where that is known; empty: without it
 /// @returns empty for a model with a fractional order, or without a gain
-[[nodiscard]] std::string engineering_form(const Model& model);
+[[nodiscard]] std::string engineering_form(const Model& model, std::string_view plus_minus = {});
 
 /// Unit of a parameter of a model: "in/(V s)", "s^0.75", "V", "s"; empty for a ratio or an order.
 [[nodiscard]] std::string unit_of(const ParameterEstimate& parameter, const Model& model);

@@ -177,10 +177,11 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   model.transfer_function = {{{0.15, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}}, 0.0};
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 5.0};
   EXPECT_EQ(step_sentence(model),
-            "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.099 s.");
+            "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.1 s.");
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
-  EXPECT_NE(step_sentence(model).find("63 % of that within 0.24 s, the grey part; how fast there is not observed"),
-            std::string::npos)
+  EXPECT_NE(
+      step_sentence(model).find("63 % of that after 0.1 s by the model, in the grey part of 0.24 s: it is faster"),
+      std::string::npos)
       << step_sentence(model);
   // Where the band shows no lag, the axis reaches from its fast end to its slow one.
   EXPECT_NEAR(step_figure({&model}, "a step").panels[0].x_range->second, 1.0 / (2.0 * 3.14159265 * 0.05), 1e-6);
@@ -192,6 +193,27 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   EXPECT_NEAR(speed.y[speed.y.size() / 2], 0.15 * (1.0 - std::exp(-at_s / 0.1)), 1e-4);
   ASSERT_EQ(figure.panels[0].shades.size(), 1U);
   EXPECT_NEAR(figure.panels[0].shades.front().to, 1.0 / (2.0 * 3.14159265 * 5.0), 1e-6);
+}
+
+TEST(StepFigure, ShowsALagThatIsShortAgainstTheAxis) {
+  ident::Model model = model_named("integrator_lag", ident::Grade::good, 99.0);
+  model.transfer_function = {{{0.15, 0.0}}, {{0.006, 2.0}, {1.0, 1.0}}, 0.0};
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(step_sentence(model).find("63 % of that after 0.006 s by the model"), std::string::npos)
+      << step_sentence(model);
+  const plot::Series speed = step_figure({&model}, "a step").panels[1].series.front();
+  EXPECT_TRUE(std::is_sorted(speed.x.begin(), speed.x.end()));
+  const auto rising = std::count_if(speed.y.begin(), speed.y.end(), [](double v) { return v > 0.015 && v < 0.12; });
+  EXPECT_GT(rising, 20) << "the rise is drawn as it is";
+  EXPECT_NEAR(speed.y.back(), 0.15, 1e-6);
+}
+
+TEST(StepFigure, SaysThatAnIntegratorHasNoLag) {
+  ident::Model model = model_named("integrator_lag", ident::Grade::good, 99.0);
+  model.transfer_function = {{{0.15, 0.0}}, {{1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  EXPECT_EQ(step_sentence(model),
+            "1 V at the input moves the output at 0.15 in/s with integrator_lag, at once: the model has no lag.");
 }
 
 TEST(StepFigure, DrawsAModelThatIsNotStable) {
@@ -315,7 +337,7 @@ TEST(BodeFigure, ComparesAModelBehindAMapWithItsMap) {
   EXPECT_LT(figure.panels[1].y_range->second - figure.panels[1].y_range->first, 0.1) << "the bars can be seen";
 }
 
-TEST(BodeFigure, LeavesOutNoiseThatItsAxisDoesNotReach) {
+TEST(BodeFigure, SaysWhereNoiseLiesThatItsAxisDoesNotReach) {
   ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
   const std::vector<double> f{0.05, 0.2, 0.6};
   const ident::BodeCurve curve = ident::bode_curve(reported.model, f, {});
@@ -326,14 +348,30 @@ TEST(BodeFigure, LeavesOutNoiseThatItsAxisDoesNotReach) {
   const auto noise_of = [&] {
     const plot::Panel gain = bode_figure({&reported}, &response, "Bode plot").panels[0];
     const auto noise = std::find_if(gain.series.begin(), gain.series.end(),
-                                    [](const plot::Series& series) { return series.label == "noise"; });
+                                    [](const plot::Series& series) { return series.label.starts_with("noise"); });
     return noise == gain.series.end()
                ? 0
                : std::count_if(noise->y.begin(), noise->y.end(), [](double y) { return std::isfinite(y); });
   };
+  const auto key = [&] {
+    const plot::Panel gain = bode_figure({&reported}, &response, "Bode plot").panels[0];
+    std::string labels;
+    for (const plot::Series& series : gain.series) labels += series.label + "\n";
+    return labels;
+  };
   EXPECT_EQ(noise_of(), 1);
+  EXPECT_NE(key().find("noise (2 of 3 lines below -"), std::string::npos) << key();
   response.columns[5][0] = -200.0;
-  EXPECT_EQ(noise_of(), 0) << "no entry in the key either";
+  EXPECT_EQ(noise_of(), 0);
+  EXPECT_NE(key().find("; noise below -"), std::string::npos) << key();
+  // Noise that the axis holds is whole: no mark lies on its edge.
+  response.columns[5] = {-30.0, -31.0, -32.0};
+  const plot::Panel gain = bode_figure({&reported}, &response, "Bode plot").panels[0];
+  for (const plot::Series& series : gain.series) {
+    if (!series.label.starts_with("noise")) continue;
+    EXPECT_EQ(series.label, "noise");
+    for (const double y : series.y) EXPECT_GT(y, gain.y_range->first + 2.9);
+  }
 }
 
 TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {

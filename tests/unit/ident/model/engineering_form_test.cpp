@@ -40,6 +40,21 @@ TEST(EngineeringForm, GivesTimeConstantsOfRealPolesAndZeros) {
   }
 }
 
+TEST(EngineeringForm, HasOneKWithItsInterval) {
+  Model model = model_of({{{0.148, 0.0}}, {{0.0065, 2.0}, {1.0, 1.0}}, 0.0});
+  model.parameters = {{.name = "K",
+                       .value = 0.148,
+                       .std = 0.001,
+                       .lower95 = 0.146,
+                       .upper95 = 0.15,
+                       .role = ParameterRole::numerator_coefficient}};
+  EXPECT_EQ(engineering_form(model, "±"), "K = 0.1480 ± 0.0020 in/(V s), integrating; T = 0.0065 s");
+  EXPECT_EQ(engineering_form(model), "K = 0.148 in/(V s), integrating; T = 0.0065 s");
+  // The gain of a lag whose denominator ends in a0 is not the parameter K.
+  model.transfer_function.denominator = {{1.0, 1.0}, {0.1, 0.0}};
+  EXPECT_EQ(engineering_form(model, "±").rfind("K/a0 = 1.48 in/V", 0), 0U) << engineering_form(model, "±");
+}
+
 TEST(EngineeringForm, IsNoneForAFractionalOrder) {
   EXPECT_EQ(engineering_form(model_of({{{1.0, 0.0}}, {{0.5, 1.75}, {1.0, 0.9}, {0.1, 0.0}}, 0.0})), "");
 }
