@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/map_error.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/autoregression.hpp"
 
 namespace eha::ident {
@@ -14,6 +14,7 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr Index kFewestCompared = 60;
+constexpr double kRankThreshold = 1e-13;
 constexpr Index kParts = 4;  // of the input, beside the edges
 constexpr int kWhitenings = 2;
 constexpr double kStandardErrors = 2.0;  // by which a constant differs from 0 by chance
@@ -29,14 +30,17 @@ std::optional<Regression> regression(const Eigen::MatrixXd& columns, const Eigen
   const Eigen::RowVectorXd sizes = columns.colwise().norm();
   if (!(sizes.minCoeff() > 0.0)) return std::nullopt;
   const Eigen::MatrixXd scaled = columns.array().rowwise() / sizes.array();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
-  if (qr.rank() < columns.cols()) return std::nullopt;
-  Regression found{qr.solve(y), {}};
+  Eigen::MatrixXd basis;
+  Regression found{solve_ranked(scaled, y, kRankThreshold, &basis), {}};
+  if (basis.cols() < columns.cols()) return std::nullopt;
   const double variance =
       (y - scaled * found.values).squaredNorm() / static_cast<double>(columns.rows() - columns.cols());
-  const Eigen::MatrixXd inverse =
-      (scaled.transpose() * scaled).ldlt().solve(Eigen::MatrixXd::Identity(columns.cols(), columns.cols()));
-  found.stds = (variance * inverse.diagonal()).cwiseMax(0.0).cwiseSqrt().cwiseQuotient(sizes.transpose());
+  const Eigen::MatrixXd normal = scaled.transpose() * scaled;
+  found.stds.resize(columns.cols());
+  for (Index k = 0; k < columns.cols(); ++k) {
+    const double inverse = solve_symmetric(normal, Eigen::VectorXd::Unit(columns.cols(), k))[k];
+    found.stds[k] = std::sqrt(std::max(0.0, variance * inverse)) / sizes[k];
+  }
   found.values = found.values.cwiseQuotient(sizes.transpose());
   return found;
 }
@@ -61,8 +65,8 @@ std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, con
   }
   add((place < 0.0).cast<double>().matrix());
   add((place >= static_cast<double>(kParts)).cast<double>().matrix());
-  add(excess_above(map, input));
-  add(excess_below(map, input));
+  add((input.array() - upper_edge(map)).cwiseMax(0.0).matrix());
+  add((input.array() - lower_edge(map)).cwiseMin(0.0).matrix());
   columns.col(next) = Eigen::VectorXd::Ones(residual.size());
   std::optional<Regression> found = regression(columns, residual);
   // What wanders is judged by its changes: whitened as what these constants leave over.
