@@ -86,7 +86,8 @@ tune::TrialTrace trace_of(const track::TrackResult& result) {
   return {.time_s = result.rows.time_s,
           .reference_in = result.mean_reference_in,
           .rod_in = result.mean_rod_in,
-          .command_V = result.rows.command_V};
+          .command_V = result.rows.command_V,
+          .sweep_s = result.sweep_s};
 }
 
 report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit, const std::string& title,
@@ -107,7 +108,6 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   trial.changes = track::changes_of(result, unit);
   subject.unit = unit;
   trial.trace = trace_of(result);
-  trial.sweep_s = result.sweep_s;
   return tune::controller_page(subject);
 }
 

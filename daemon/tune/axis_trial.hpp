@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "hal/sim/sim_options.hpp"
@@ -14,6 +16,8 @@ struct TrialTrace {
   std::vector<double> reference_in;
   std::vector<double> rod_in;
   std::vector<double> command_V;
+  /// Begin and end of the sweep that measures the margins, in which the rod follows no reference; none without one.
+  std::optional<std::pair<double, double>> sweep_s = {};
 };
 
 /// Plays the plan on one simulated rig with its seed, converters and noise included. The figures use the rod's true

@@ -212,10 +212,16 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
   plot::Panel following{.x_label = "", .y_label = fmt::format("error [{}]", unit.of("in"))};
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
-  plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
+  plot::Panel command{.x_label = t.sweep_s ? "time [s]; grey: the sweep that measures the margins" : "time [s]",
+                      .y_label = "command [V]"};
   // A command is held until the next tick.
   const plot::Series volts{.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1};
   command.series.push_back(every == 1 ? report::held(volts) : volts);
+  if (t.sweep_s) {
+    for (plot::Panel* panel : {&position, &following, &command}) {
+      panel->shades.push_back({.from = t.sweep_s->first, .to = t.sweep_s->second});
+    }
+  }
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 
@@ -332,10 +338,7 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   report::Item item{.heading = "The trial on the rig"};
   item.figure = motion_figure(trial.trace, item.heading, unit);
   item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
-  if (trial.sweep_s) {
-    for (plot::Panel& panel : item.figure->panels) {
-      panel.shades.push_back({.from = trial.sweep_s->first, .to = trial.sweep_s->second});
-    }
+  if (trial.trace.sweep_s) {
     item.remark.seen +=
         " Grey: the sweep that measures the margins by tones; what the rod does in it is no following error.";
   }

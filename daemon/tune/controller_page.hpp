@@ -29,7 +29,6 @@ struct MeasuredTrial {
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
   TrialTrace trace;
-  std::optional<std::pair<double, double>> sweep_s = {};  ///< from, to: the sweep that measures the margins
 };
 
 /// Contents of the page beside the controller's file.

@@ -47,11 +47,13 @@ std::string gain_unit(const Model& model, double power) {
 constexpr double kAboveBand = 3.0;  // times the highest usable frequency
 
 /// " (not observed: above the band, to 0.65 Hz)" for a root far above the usable band, else empty.
-std::string unseen_text(const Model& model, double root_rad_s) {
+/// @param is_lag  of which the band shows the delay
+std::string unseen_text(const Model& model, double root_rad_s, bool is_lag = false) {
   if (!model.verdict || !model.verdict->usable_band) return {};
   const double highest_Hz = model.verdict->usable_band->highest_Hz;
   if (root_rad_s / (2.0 * std::numbers::pi) <= kAboveBand * highest_Hz) return {};
-  return fmt::format(" (not observed: above the band, to {:.3g} Hz)", highest_Hz);
+  return fmt::format(" ({}: above the band, to {:.3g} Hz)", is_lag ? "seen as a delay only" : "not observed",
+                     highest_Hz);
 }
 
 /// Note for a dead time that within the band has the phase of an equal lag and attenuates as little, else empty.
@@ -73,7 +75,8 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
       if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
-      text += fmt::format("; {} = {:.4g} s{}", real, time_s, unseen_text(model, size));
+      text += fmt::format("; {} = {:.4g} s{}", real, time_s,
+                          unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
     } else if (root.imag() > 0.0) {
       text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
                           unseen_text(model, size));

@@ -157,16 +157,18 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
   return text + unclear;
 }
 
-/// "; cylinder, 2.2 better, has a resonance at 14.6 Hz ..." @param all  the least AR-BIC first
-std::string unseen_resonances(const Model& picked, const Models& all) {
+/// "; cylinder, 2.2 better, has a resonance at 14.6 Hz ..." of those that would else be picked, or as well.
+/// @param all  the least AR-BIC first
+std::string unseen_resonances(const Model& picked, const Models& all, const Model* runner_up) {
   std::string text;
   for (const Model* model : all) {
     const auto f_Hz = unseen_resonance_Hz(*model);
-    if (!f_Hz || model == &picked || ar_bic(*model) >= ar_bic(picked) || !is_accepted(*model)) continue;
+    if (!f_Hz || model == &picked || model == runner_up || !is_accepted(*model)) continue;
+    const double gain = ar_bic(picked) - ar_bic(*model);
+    if (gain <= -kClearGain) continue;
     text += fmt::format(
-        "; {}, {:.1f} better, has a resonance at {:.3g} Hz, far above the band that the record shows, and must gain "
-        "{:g}",
-        model->name, ar_bic(picked) - ar_bic(*model), *f_Hz, kFractionalGain);
+        "; {}, {:.1f} {}, has a resonance at {:.3g} Hz, far above the band that the record shows, and must gain {:g}",
+        model->name, std::abs(gain), gain > 0.0 ? "better" : "worse", *f_Hz, kFractionalGain);
   }
   return text;
 }
@@ -256,10 +258,18 @@ const Model* surpassing(const Models& order, const Model& model) {
   return found == order.end() ? nullptr : *found;
 }
 
-/// The first of the models that is not the picked one; null without one.
+/// The first of the models that is not the picked one; null without one. One that is far worse tells nothing of the
+/// choice: then the least AR-BIC of the others. @param order  as preferred
 const Model* next_best(const Models& order, const Model& picked) {
-  const auto other = std::find_if(order.begin(), order.end(), [&](const Model* model) { return model != &picked; });
-  return other == order.end() ? nullptr : *other;
+  constexpr double kFarWorse = 50.0;  // of AR-BIC
+  const Model* first = nullptr;
+  const Model* least = nullptr;
+  for (const Model* model : order) {
+    if (model == &picked) continue;
+    if (first == nullptr) first = model;
+    if (least == nullptr || ar_bic(*model) < ar_bic(*least)) least = model;
+  }
+  return first != nullptr && ar_bic(*first) > ar_bic(picked) + kFarWorse ? least : first;
 }
 
 }  // namespace
@@ -352,7 +362,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     result.reason += fmt::format(
         "; {}, which the estimation part prefers, {}, so only a fresh record can confirm this choice", first.name, why);
   }
-  result.reason += unseen_resonances(**picked, all);
+  result.reason += unseen_resonances(**picked, all, runner_up);
   result.reason += without_input_in_residual(**picked, all);
   result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr);
   return result;

@@ -204,8 +204,8 @@ class Reasons {
         const std::string risk =
             c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
                 ? fmt::format(
-                      ", and every motion repeats it: with a fit of {:.3g} % it is not rejected, but expect the rod up "
-                      "to {:.2g} {} from where the model puts it",
+                      ", and every motion repeats it: a fit of {:.3g} % keeps this alone from rejecting it, but expect "
+                      "the rod up to {:.2g} {} from where the model puts it",
                       score.fit_percent, largest, unit)
                 : std::string();
         return fmt::format(
