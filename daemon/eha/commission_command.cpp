@@ -28,6 +28,7 @@
 #include "daemon/precision/precision_watch.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sha256.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/validation/verdict.hpp"

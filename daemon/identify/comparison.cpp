@@ -219,7 +219,7 @@ std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, c
 
 ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
                         const Progress& progress) {
-  return scored(model, source, whole(std::move(options)), kFalseAlarm, part_of(progress, 0, 1, source.name));
+  return scored(model, source, whole(options), kFalseAlarm, part_of(progress, 0, 1, source.name));
 }
 
 }  // namespace eha::identify

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "ident/uncertainty/usable_band.hpp"
@@ -19,7 +20,7 @@ constexpr double kLeastGain = 1.5;          // below, a decimation is not worth 
 
 /// The greatest of 1, 2, 4, 5, 8, 10, 20, ... up to a number.
 int round_below(double most) {
-  constexpr double kSteps[] = {1.0, 2.0, 4.0, 5.0, 8.0};
+  constexpr std::array kSteps{1.0, 2.0, 4.0, 5.0, 8.0};
   double best = 1.0;
   for (double decade = 1.0; decade <= most; decade *= 10.0) {
     for (const double step : kSteps) {

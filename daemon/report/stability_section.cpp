@@ -6,6 +6,7 @@
 #include <complex>
 #include <limits>
 
+#include "core/display_unit.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"

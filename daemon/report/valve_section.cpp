@@ -10,6 +10,7 @@
 #include "daemon/report/sheet_comparison.hpp"
 #include "ident/signal/valve_map.hpp"
 #include "ident/validation/map_error.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {

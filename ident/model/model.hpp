@@ -156,17 +156,18 @@ struct InputLevels {
   double upper = 0.0;  ///< equals lower for a constant input
 };
 
+/// A stop at the end of the travel other than that of an EndStop.
+struct OtherStop {
+  double level = 0.0;   ///< [output unit]
+  double from_s = 0.0;  ///< start of the first stay there, time of the record
+};
+
 /// The output stayed at its greatest or least value while the input demanded motion beyond it: a rod on its end stop.
 struct EndStop {
-  double level = 0.0;    ///< position of the stop [output unit]
-  double from_s = 0.0;   ///< start of the first stay, time of the record
-  double percent = 0.0;  ///< rows of all stays, at either end
-  /// The stop at the other end, where the output stayed there too.
-  struct Other {
-    double level = 0.0;
-    double from_s = 0.0;
-  };
-  std::optional<Other> other = {};
+  double level = 0.0;                   ///< position of the stop [output unit]
+  double from_s = 0.0;                  ///< start of the first stay, time of the record
+  double percent = 0.0;                 ///< rows of all stays, at either end
+  std::optional<OtherStop> other = {};  ///< where the output stayed at the other end too
   /// Bounds of the longest stretch without a stay; none: it starts at the record's start, or ends at its end.
   std::optional<double> clean_from_s = {};
   std::optional<double> clean_to_s = {};

@@ -55,6 +55,8 @@ Model full_model() {
   validation.extrapolated_percent = 1.5;
   validation.excitation_order = 6;
   validation.input_levels = InputLevels{-1.5, 2.0};
+  validation.map_error = 0.015;
+  validation.end_stop = EndStop{5.9, 12.5, 11.0, OtherStop{0.1, 30.5}, 13.5, 30.25};
   model.validation = validation;
   model.stability = StabilityReport{true, "argument_principle", 0.3};
   model.verdict = Verdict{true,
@@ -128,6 +130,8 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.verdict->error_over_recommended, 1.25);
   EXPECT_EQ(read.estimation->information->left_out.at(0).rise, 40.5);
   EXPECT_EQ(read.validation->tests->whiteness.degrees, 18U);
+  EXPECT_EQ(read.validation->map_error, 0.015);
+  EXPECT_EQ(read.validation->end_stop->other->from_s, 30.5);
   EXPECT_EQ(read.estimation->compared_step_s, 0.04);
   EXPECT_EQ(read.estimation->noise->coefficients, std::vector<double>{0.5});
   EXPECT_TRUE(read.estimation->noise->with_parameters);
