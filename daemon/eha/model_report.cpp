@@ -85,7 +85,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
 /// Writes the map's values, with their intervals if the model lists them.
 std::string input_map_text(const Model& model) {
   // An interval takes the structure for the plant's.
-  const char* plus_minus = model.verdict && may_miss_a_part(*model.verdict) ? "+- at least" : "+-";
+  const char* plus_minus = plus_minus_sign(model);
   const auto text = [&](ident::ParameterRole role, double value) {
     const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [&](const ParameterEstimate& parameter) { return parameter.role == role; });
@@ -124,7 +124,8 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
   const std::string name = model.name + mark;
   std::string text = fmt::format("{}: {}\n", name, formula(model));
-  if (const std::string form = ident::engineering_form(model); !form.empty()) text += fmt::format("  {}.\n", form);
+  if (const std::string form = ident::engineering_form(model, plus_minus_sign(model)); !form.empty())
+    text += fmt::format("  {}.\n", form);
   if (model.verdict) {
     for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);
     if (model.verdict->accepted) text += fmt::format("  {}\n", usable_band_text(model));

@@ -18,16 +18,28 @@ constexpr double kWorthAsking = 0.005;  // movement within half a row, share of 
 constexpr double kClearly = 20.0;       // of AR-BIC
 constexpr Eigen::Index kMostRows = 1'000'000;
 
-/// The model on the record in parts.
+bool has_zero_or_delay(const ident::Model& model) {
+  return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
+}
+
+/// The model on the record in parts. @param structure  its own, or with a free dead time
 ident::Model again(const Source& source, const IdentificationTask& task, const IdentifiedModel& model,
-                   ident::Intersample intersample) {
+                   const ident::StructureOptions& structure, ident::Intersample intersample) {
   const ident::Record fine = ident::in_parts(source.record, intersample);
   ident::FitOptions options = task.options;
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
   const ident::PreparedRecord prepared(fine, options);
-  return ident::fit(prepared, model.structure, options, thread_executor(), {model.result.model}).model;
+  return ident::fit(prepared, structure, options, thread_executor(), {model.result.model}).model;
+}
+
+/// The structure with a free dead time, which the half row may have hidden; none where it has a zero or dead time.
+std::optional<ident::StructureOptions> with_delay(const IdentifiedModel& model) {
+  if (has_zero_or_delay(model.result.model)) return std::nullopt;
+  ident::StructureOptions delayed = model.structure;
+  delayed.structure.delay.freedom = ident::Freedom::free;
+  return delayed;
 }
 
 /// The recommended model; without one the one of least error.
@@ -40,10 +52,6 @@ const IdentifiedModel* asked_about(const Identification& identification) {
       least = &m;
   }
   return least;
-}
-
-bool has_zero_or_delay(const ident::Model& model) {
-  return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
 }
 
 /// The closest model with neither a zero nor a dead time, which may stand for the half row alone; null where the one
@@ -70,12 +78,19 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
     const IdentifiedModel* simpler = without_half_row(identification, *held);
+    const std::optional<ident::StructureOptions> delayed = with_delay(*held);
     std::array<ident::Model, 3> found;
-    thread_executor()(simpler == nullptr ? 2 : 3, [&](std::size_t k) {
-      found[k] = again(source, task, k == 2 ? *simpler : *held,
+    thread_executor()(simpler == nullptr && !delayed ? 2 : 3, [&](std::size_t k) {
+      const IdentifiedModel& model = k == 2 && simpler != nullptr ? *simpler : *held;
+      found[k] = again(source, task, model, k == 2 && delayed ? *delayed : model.structure,
                        k == 0 ? ident::Intersample::held : ident::Intersample::straight);
     });
-    const auto& [steps, lines, simpler_lines] = found;
+    const ident::Model& steps = found[0];
+    const ident::Model& simpler_lines = found[2];
+    const ident::Model& lines =
+        delayed && ident::is_comparable(found[2], found[1]) && ident::ar_bic(found[2]) < ident::ar_bic(found[1])
+            ? found[2]
+            : found[1];
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string& unit = source.record.output_channel.unit;
     std::string gain;

@@ -118,9 +118,10 @@ constexpr std::array kOutputNames = std::to_array<std::string_view>(
      "stroke", "ausgang", "sortie",       "lvdt",      "rod",      "kolben", "travel",  "response",
      "yout",   "lage",    "ist",          "actual",    "feedback", "fbk",    "measured"});
 /// Of a set point whatever its unit but that of a valve, and of one where unit or another word is of the rod's place.
-constexpr std::array kSetPointNames = std::to_array<std::string_view>({"soll", "setpoint", "consigne"});
-constexpr std::array kPlaceDemandNames =
-    std::to_array<std::string_view>({"command", "commande", "cmd", "demand", "reference", "ref", "target", "stell"});
+constexpr std::array kSetPointNames =
+    std::to_array<std::string_view>({"soll", "setpoint", "consigne", "führung", "fuehrung"});
+constexpr std::array kPlaceDemandNames = std::to_array<std::string_view>(
+    {"command", "commande", "cmd", "demand", "reference", "ref", "target", "stell", "w", "sp"});
 constexpr std::array kPlaceNames = std::to_array<std::string_view>(
     {"displacement", "position", "pos", "weg", "hub", "stroke", "kolben", "rod", "travel", "lage"});
 constexpr std::array kValveNames = std::to_array<std::string_view>(
@@ -207,6 +208,17 @@ bool is_bracketed(std::string_view text) {
          ((text.front() == '[' && text.back() == ']') || (text.front() == '(' && text.back() == ')'));
 }
 
+/// Of rec.data.u only the field says what it is, of Controller/Setpoint/Out1 the block before its port.
+std::string_view telling_field(std::string_view name) {
+  constexpr std::array kPorts = std::to_array<std::string_view>({"out", "outport", "in", "inport", "value"});
+  for (std::size_t at = name.find_last_of("./"); at != std::string_view::npos; at = name.find_last_of("./")) {
+    const std::string field = lower(name.substr(at + 1));
+    if (!holds(kPorts, field.substr(0, field.find_last_not_of("0123456789") + 1))) return name.substr(at + 1);
+    name = name.substr(0, at);
+  }
+  return name;
+}
+
 }  // namespace
 
 std::optional<std::string> known_unit(std::string_view text) {
@@ -282,9 +294,7 @@ std::string readable(std::string_view name, std::size_t length) {
 }
 
 Hints hints_of(std::string_view name, std::string_view unit) {
-  // Of rec.data.u only the field says what it is.
-  const std::size_t field = name.find_last_of("./");
-  const std::vector<std::string> words = words_of(field == std::string_view::npos ? name : name.substr(field + 1));
+  const std::vector<std::string> words = words_of(telling_field(name));
   Hints hints;
   hints.time = (has_word(words, kTimeNames) ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);

@@ -64,9 +64,21 @@ std::string or_lag_text(const Model& model) {
   return fmt::format(" (or a lag of as much: the band, to {:.3g} Hz, does not tell them apart)", highest_Hz);
 }
 
+/// A figure with half its 95 % interval where it is an estimated parameter itself; else, or for an empty sign, alone.
+std::string figure_text(const Model& model, double value, const std::string& alone, std::string_view plus_minus) {
+  constexpr double kItself = 1e-6;
+  const auto parameter = std::find_if(
+      model.parameters.begin(), model.parameters.end(),
+      [&](const ParameterEstimate& p) { return !p.fixed && std::abs(p.value - value) <= kItself * std::abs(value); });
+  if (plus_minus.empty() || parameter == model.parameters.end()) return alone;
+  const double half_width = half_width95(*parameter);
+  if (!(half_width > 0.0) || !std::isfinite(half_width)) return alone;
+  return with_half_width(value, half_width, plus_minus);
+}
+
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
 std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
-                       std::optional<double> left_out_s = {}) {
+                       std::string_view plus_minus, std::optional<double> left_out_s = {}) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return {};
   std::string text;
@@ -75,7 +87,7 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
       if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
-      text += fmt::format("; {} = {:.4g} s{}", real, time_s,
+      text += fmt::format("; {} = {} s{}", real, figure_text(model, time_s, fmt::format("{:.4g}", time_s), plus_minus),
                           unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
     } else if (root.imag() > 0.0) {
       text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
@@ -98,6 +110,18 @@ std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& d
     found = -1.0 / root.real();
   }
   return found;
+}
+
+/// "; dead time 6.3 +- 0.4 ms"
+std::string dead_time_text(const Model& model, std::string_view plus_minus) {
+  const double delay_ms = 1e3 * model.transfer_function.delay_s;
+  const auto delay = std::find_if(model.parameters.begin(), model.parameters.end(), [](const ParameterEstimate& p) {
+    return p.role == ParameterRole::delay && !p.fixed;
+  });
+  const double half_width = delay == model.parameters.end() ? 0.0 : 1e3 * half_width95(*delay);
+  const bool is_shown = !plus_minus.empty() && half_width > 0.0 && std::isfinite(half_width);
+  return fmt::format("; dead time {} ms",
+                     is_shown ? with_half_width(delay_ms, half_width, plus_minus) : fmt::format("{:.3g}", delay_ms));
 }
 
 /// "K = 0.1479 +- 0.0005", or "K/a0 = 7.6" where that is not the parameter K.
@@ -126,8 +150,9 @@ std::string engineering_form(const Model& model, std::string_view plus_minus) {
   std::string text = gain_text(model, gain, plus_minus) + (unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
-  text += roots_text(model, denominator, "T", "f0", slow_s) + roots_text(model, numerator, "TD", "zeros at");
-  if (g.delay_s > 0.0) text += fmt::format("; dead time {:.3g} ms{}", 1e3 * g.delay_s, or_lag_text(model));
+  text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +
+          roots_text(model, numerator, "TD", "zeros at", plus_minus);
+  if (g.delay_s > 0.0) text += dead_time_text(model, plus_minus) + or_lag_text(model);
   return text;
 }
 

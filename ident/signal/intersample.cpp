@@ -8,7 +8,7 @@ namespace eha::ident {
 namespace {
 
 constexpr double kMovingRows = 0.7;  // share of all
-constexpr double kGoingOn = 0.5;     // correlation of a row's movement with that of the row before
+constexpr double kGoingOn = 0.3;     // correlation of a row's movement with that of the row before
 
 /// Lagrange's cubic through y[-1], y[0], y[1], y[2] at x in 0..1.
 double cubic(const double* y, double x) {

@@ -130,6 +130,16 @@ std::string held_back_by(const Models& all, const Model& fractional) {
   return text;
 }
 
+/// What a small difference of AR-BIC leaves open; empty for a clear one.
+std::string unclear_between(const Model& picked, const Model& runner_up) {
+  if (std::abs(ar_bic(runner_up) - ar_bic(picked)) >= kClearGain) return {};
+  std::string text = fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}",
+                                 kClearGain, picked.name, runner_up.name);
+  const bool one_has_a_delay = (picked.transfer_function.delay_s > 0.0) != (runner_up.transfer_function.delay_s > 0.0);
+  if (one_has_a_delay) text += ", that is, a lag from a dead time: take their sum, neither alone";
+  return text;
+}
+
 /// @param all  the least AR-BIC first
 std::string reason_for(const Model& picked, const Models& all, const Model* runner_up) {
   if (all.size() == 1) return "it is the only model compared";
@@ -141,11 +151,7 @@ std::string reason_for(const Model& picked, const Models& all, const Model* runn
                        ar_bic(other) < ar_bic(picked) ? "above" : "below", other.name);
   };
   if (runner_up != nullptr) text += ", " + apart(*runner_up);
-  const std::string unclear =
-      runner_up == nullptr || std::abs(ar_bic(*runner_up) - ar_bic(picked)) >= kClearGain
-          ? ""
-          : fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}", kClearGain,
-                        picked.name, runner_up->name);
+  const std::string unclear = runner_up == nullptr ? "" : unclear_between(picked, *runner_up);
   const Model* other = best(all, !has_estimated_order(picked));
   if (other == nullptr) return text + unclear;
   if (other != runner_up) text += " and " + apart(*other);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "ident/excitation/portable_draw.hpp"
 #include "tests/system/program.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -216,6 +217,32 @@ TEST(SampledInput, IsNoticedAndTakenAsStraightLines) {
   EXPECT_NEAR(lag_s(document), 0.3, 0.002);
   EXPECT_EQ(document.at("models").at(0).at("provenance").at("intersample"),
             "straight (foh): 8 rows for each of the record's");
+}
+
+/// Every 40th row of an integrator with a lag of 40 ms and a dead time of 15 ms, driven by tones every millisecond.
+std::string every_40th_row_behind_a_dead_time() {
+  ident::PortableDraw draw(3);
+  const double decay = std::exp(-0.001 / 0.04);
+  std::string text = "time_s,voltage_V,displacement_mm\n";
+  double y = 0.0;
+  double speed = 0.0;
+  const auto volts = [](int k) {
+    const double t = 2.0 * std::numbers::pi * 0.001 * k;
+    return k < 0 ? 0.0 : 2.0 * std::sin(0.11 * t) + 1.5 * std::sin(0.53 * t) + std::sin(2.3 * t);
+  };
+  for (int k = 0; k < 40'000; ++k) {
+    if (k % 40 == 0) text += fmt::format("{:.2f},{:.6f},{:.4f}\n", 0.001 * k, volts(k), y + 0.02 * draw.normal());
+    y += 0.001 * speed;
+    speed = decay * speed + (1.0 - decay) * 12.0 * volts(k - 15);
+  }
+  return text;
+}
+
+TEST(SampledInput, IsNoticedWhereALagHasTakenTheDeadTime) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", every_40th_row_behind_a_dead_time());
+  const Ended held = run_eha({"fit", "r.csv", "--model", "integrator_lag", "--json"}, folder.path());
+  EXPECT_NE(held.err.find("--intersample foh"), std::string::npos) << held.err;
 }
 
 }  // namespace

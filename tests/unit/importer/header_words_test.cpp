@@ -67,8 +67,10 @@ TEST(SetPoint, IsNoOutputThatIsTakenUnasked) {
       return std::string(error.what());
     }
   };
-  for (const char* header : {"Zeit [s],Ventil [V],Weg Soll [mm]", "t [s],Valve [V],Position command",
-                             "t [s],Servo [V],PosRef", "time [s],valve [V],setpoint"}) {
+  for (const char* header :
+       {"Zeit [s],Ventil [V],Weg Soll [mm]", "t [s],Valve [V],Position command", "t [s],Servo [V],PosRef",
+        "time [s],valve [V],setpoint", "t [s],Ventil [V],w [mm]", "Zeit [s],Ventil [V],Führungsgröße [mm]",
+        "t [s],u_valve [V],Model Root/Controller/Setpoint/Out1 [mm]"}) {
     EXPECT_NE(taken(header).find("which columns are input and output?"), std::string::npos)
         << header << ": " << taken(header);
   }

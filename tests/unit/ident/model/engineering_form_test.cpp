@@ -50,6 +50,13 @@ TEST(EngineeringForm, HasOneKWithItsInterval) {
                        .role = ParameterRole::numerator_coefficient}};
   EXPECT_EQ(engineering_form(model, "±"), "K = 0.1480 ± 0.0020 in/(V s), integrating; T = 0.0065 s");
   EXPECT_EQ(engineering_form(model), "K = 0.148 in/(V s), integrating; T = 0.0065 s");
+  model.parameters.push_back({.name = "a2",
+                              .value = 0.0065,
+                              .std = 0.0002,
+                              .lower95 = 0.0061,
+                              .upper95 = 0.0069,
+                              .role = ParameterRole::denominator_coefficient});
+  EXPECT_TRUE(engineering_form(model, "+-").ends_with("; T = 0.00650 +- 0.00040 s")) << engineering_form(model, "+-");
   // The gain of a lag whose denominator ends in a0 is not the parameter K.
   model.transfer_function.denominator = {{1.0, 1.0}, {0.1, 0.0}};
   EXPECT_EQ(engineering_form(model, "±").rfind("K/a0 = 1.48 in/V", 0), 0U) << engineering_form(model, "±");
