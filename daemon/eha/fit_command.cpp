@@ -265,7 +265,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
   std::vector<fs::path> written = write(identification, command, source);
   if (source.run_folder && !command.output && !console.quiet()) {
     const record::Manifest manifest = record::read_manifest(*source.run_folder);
-    const std::string against = record::reason_against_latest(manifest);
+    std::string against = record::reason_against_latest(manifest);
+    if (against.empty()) against = record::what_stands_for_latest(*source.run_folder);
     if (manifest.identification && manifest.identification->accepted && !against.empty()) {
       console.info(fmt::format("{} stays where it was: {}; name this run instead",
                                (source.run_folder->parent_path() / record::kLatestLink).string(), against));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 #include <system_error>
 
@@ -16,6 +17,7 @@
 #include "daemon/record/run_header.hpp"
 #include "daemon/report/display.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/sheet/run_sheet.hpp"
 #include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
@@ -62,6 +64,17 @@ bool is_complete_trial(const std::string& folder) {
   return false;
 }
 
+/// The valve sheet of a folder that is a run of [characterise]; none where its rows do not tell the valve.
+std::optional<sheet::RunSheet> sheet_in(const std::string& folder) {
+  if (!record::is_run_folder(folder)) return std::nullopt;
+  if (record::purpose_of(record::read_manifest(folder)) != record::Purpose::valve_sheet) return std::nullopt;
+  try {
+    return sheet::sheet_of_run(folder);
+  } catch (const DataError&) {
+    return std::nullopt;  // the page of the run says so
+  }
+}
+
 report::Subject load(const ReportCommand& command) {
   if (command.sources.size() == 1 && is_folder(command.sources.front()))
     return report::load_run(command.sources.front());
@@ -100,6 +113,8 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     const report::Page page = track_page(track::track_result(command.sources.front()), unit);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
+  } else if (const auto sheet = command.sources.size() == 1 ? sheet_in(command.sources.front()) : std::nullopt) {
+    os::write_file_atomically(path, sheet::sheet_page(*sheet, unit, missing));
   } else if (is_run && !command.output && command.sources.size() == 1) {
     missing = report::write_into_run(command.sources.front(), unit);
   } else {

@@ -288,7 +288,13 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
   if (command.method == "arm") {
     const Json status = status_with_rod(client);
     const Json& rig = status.at("rig");
-    if (status.at("run").is_null()) way = way_to_middle(status.at("rod"), console.unit(rig.value("units", "")));
+    const DisplayUnit unit = console.unit(rig.value("units", ""));
+    if (status.at("run").is_null()) {
+      way = way_to_middle(status.at("rod"), unit);
+      for (const NamedText& line : rod_lines(status.at("rod"), unit)) {
+        if (line.name == "WARNING") console.warning(line.text);
+      }
+    }
   }
   print_answer(command, answer, way, console);
   console.print_json(answer);

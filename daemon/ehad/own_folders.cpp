@@ -26,8 +26,16 @@ std::string user_name(uid_t uid) {
 void prepare(const fs::path& folder, std::string_view option) {
   struct stat found {};
   if (stat(folder.c_str(), &found) == 0) {
-    if (geteuid() != 0 || found.st_uid == 0) return;
     const std::string owner = user_name(found.st_uid);
+    // Who may write there decides what the service reads and removes.
+    const bool others_may_write = (found.st_mode & S_IWOTH) != 0 && (found.st_mode & S_ISVTX) == 0;
+    if ((found.st_uid != geteuid() && found.st_uid != 0 && geteuid() != 0) || others_may_write) {
+      throw PermissionError(
+          fmt::format("{}: {}, who could make the service remove files of yours; name a folder of "
+                      "your own with {}",
+                      folder.string(), others_may_write ? "any user may write there" : "belongs to " + owner, option));
+    }
+    if (geteuid() != 0 || found.st_uid == 0) return;
     throw PermissionError(fmt::format(
         "{}: belongs to {}; files of root in this folder would block the service of that user. Start the service "
         "(systemctl start ehad), run ehad as its user (runuser -u {} -- ehad ...), or name another folder with {}",

@@ -171,7 +171,8 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
   if (!identification.response_notes.empty()) {
     entry.other["frequency_response_notes"] = identification.response_notes;
   }
-  const std::string against = record::reason_against_latest(record::read_manifest(run_folder));
+  std::string against = record::reason_against_latest(record::read_manifest(run_folder));
+  if (against.empty()) against = record::what_stands_for_latest(run_folder);
   const bool is_latest = entry.accepted && against.empty();
   if (entry.accepted && !is_latest) entry.other["not_latest"] = against;
   record::write_identification(run_folder, std::move(entry));

@@ -2,6 +2,7 @@
 #include "daemon/record/run_folder.hpp"
 
 #include <fmt/chrono.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -146,9 +147,19 @@ std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_f
   return runs;
 }
 
+std::string what_stands_for_latest(const std::filesystem::path& folder) {
+  const std::filesystem::path link = resolved_path(folder).parent_path() / kLatestLink;
+  std::error_code unknown;
+  const std::filesystem::file_status there = std::filesystem::symlink_status(link, unknown);
+  if (!std::filesystem::exists(there) || std::filesystem::is_symlink(there)) return {};
+  return fmt::format("{} is a {} and stays as it is", link.string(),
+                     std::filesystem::is_directory(there) ? "folder" : "file");
+}
+
 void publish_latest(const std::filesystem::path& folder) {
   const std::filesystem::path run = resolved_path(folder);
   const std::filesystem::path link = run.parent_path() / kLatestLink;
+  if (!what_stands_for_latest(folder).empty()) return;
   std::filesystem::path temporary = link;
   temporary += "." + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());

@@ -64,8 +64,11 @@ enum class StillGoing {
 /// @throws IoError, PermissionError
 [[nodiscard]] std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder);
 
+/// What of another kind stands where the link `latest` beside the run folder would stand; empty for nothing.
+[[nodiscard]] std::string what_stands_for_latest(const std::filesystem::path& folder);
+
 /// Moves the link `latest` beside the run folder to the run, atomically. Only for a run with an accepted model
-/// and without a reason_against_latest().
+/// and without a reason_against_latest(). What is no link stays, see what_stands_for_latest().
 /// @throws IoError, PermissionError
 void publish_latest(const std::filesystem::path& folder);
 

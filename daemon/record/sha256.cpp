@@ -6,8 +6,10 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <string_view>
+#include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -38,6 +40,12 @@ class Sha256 {
 }  // namespace
 
 std::string sha256_of_file(const std::filesystem::path& path) {
+  std::error_code unknown;
+  const auto there = std::filesystem::status(path, unknown);
+  // A device or a pipe may have no end.
+  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
+    throw IoError(path.string() + ": no regular file");
+  }
   Sha256 sum;
   os::read_in_pieces(path, [&](std::string_view piece) { sum.add(piece.data(), piece.size()); });
   return sum.finish();

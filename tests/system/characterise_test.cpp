@@ -54,6 +54,14 @@ TEST_F(Characterise, PrintsASheetThatFitsTheTerminalAndTheRig) {
   EXPECT_NE(content_of(run_ / "report.html").find("Flow curve"), std::string::npos);
 }
 
+TEST_F(Characterise, IsReportedAsASheetByTheReportToo) {
+  const Ended ended = run_eha({"report", run_.string()}, folder_->path());
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  const std::string page = content_of(run_ / "report.html");
+  EXPECT_NE(page.find("Flow curve"), std::string::npos);
+  EXPECT_EQ(page.find("No model in this run"), std::string::npos);
+}
+
 TEST_F(Characterise, IsARunOfAtMostThreeMinutesWithinTheTravel) {
   const Json manifest = Json::parse(content_of(run_ / "run.json"));
   EXPECT_EQ(manifest.at("outcome"), "completed");

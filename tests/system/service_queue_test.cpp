@@ -189,6 +189,10 @@ TEST(ServiceFolders, AreMadeAndLeftToTheirOwner) {
             std::string::npos)
       << said;
   EXPECT_TRUE(fs::is_empty(folder.path() / "theirs"));
+  // Who may write there could make the service remove runs of others.
+  fs::create_directory(folder.path() / "anybodys");
+  fs::permissions(folder.path() / "anybodys", fs::perms::all);
+  EXPECT_NE(start(folder.path() / "anybodys", own / "ehad.sock").find("any user may write there"), std::string::npos);
 }
 
 }  // namespace

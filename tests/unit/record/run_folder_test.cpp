@@ -89,6 +89,15 @@ TEST_F(RunFolder, IsReadFromTheJournalWhenTheHdf5FileIsGone) {
   EXPECT_EQ(from_hdf5.record.output, from_journal.record.output);
 }
 
+TEST_F(RunFolder, LeavesAFileOfTheNameLatest) {
+  const play::FinishedRun finished = run();
+  const std::filesystem::path file = folder_ / "runs" / "latest";
+  std::ofstream(file) << "precious";
+  EXPECT_NE(what_stands_for_latest(finished.folder).find("is a file and stays"), std::string::npos);
+  publish_latest(finished.folder);
+  EXPECT_EQ(os::read_file(file), "precious");
+}
+
 TEST_F(RunFolder, MovesLatestToARunAndItCanBeReadThroughTheLink) {
   const play::FinishedRun first = run();
   publish_latest(first.folder);

@@ -6,10 +6,13 @@
 #include <span>
 #include <string>
 
+#include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::record {
 namespace {
+
+TEST(Sha256, HashesNoDeviceWhichHasNoEnd) { EXPECT_THROW(static_cast<void>(sha256_of_file("/dev/zero")), IoError); }
 
 TEST(Sha256, HashesAsTheStandardsExamplesDo) {
   const test::TemporaryFolder folder;
