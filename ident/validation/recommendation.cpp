@@ -169,9 +169,9 @@ std::string unseen_resonances(const Model& picked, const Models& all, const Mode
   std::string text;
   for (const Model* model : all) {
     const auto f_Hz = unseen_resonance_Hz(*model);
-    if (!f_Hz || model == &picked || model == runner_up || !is_accepted(*model)) continue;
+    if (!f_Hz || model == &picked || !is_accepted(*model)) continue;
     const double gain = ar_bic(picked) - ar_bic(*model);
-    if (gain <= -kClearGain) continue;
+    if (gain <= (model == runner_up ? 0.0 : -kClearGain)) continue;
     text += fmt::format(
         "; {}, {:.1f} {}, has a resonance at {:.3g} Hz, far above the band that the record shows, and must gain {:g}",
         model->name, std::abs(gain), gain > 0.0 ? "better" : "worse", *f_Hz, kFractionalGain);
