@@ -96,12 +96,23 @@ std::string escaped(std::string_view text) {
   return html;
 }
 
-std::string paragraph(std::string_view text) { return "<p>" + escaped(text) + "</p>\n"; }
+std::string with_code(std::string_view text) {
+  std::string html;
+  while (true) {
+    const std::size_t begin = text.find('`');
+    const std::size_t end = begin == std::string_view::npos ? begin : text.find('`', begin + 1);
+    if (end == std::string_view::npos) return html + escaped(text);
+    html += escaped(text.substr(0, begin)) + "<code>" + escaped(text.substr(begin + 1, end - begin - 1)) + "</code>";
+    text.remove_prefix(end + 1);
+  }
+}
+
+std::string paragraph(std::string_view text) { return "<p>" + with_code(text) + "</p>\n"; }
 
 std::string list(const std::vector<std::string>& items) {
   if (items.empty()) return {};
   std::string html = "<ul>\n";
-  for (const std::string& item : items) html += "<li>" + escaped(item) + "</li>\n";
+  for (const std::string& item : items) html += "<li>" + with_code(item) + "</li>\n";
   return html + "</ul>\n";
 }
 
@@ -122,7 +133,7 @@ std::string table(const std::vector<TableColumn>& columns, const std::vector<std
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string label =
           is_stacked ? fmt::format(" data-label=\"{}\"", escaped(columns[i].heading)) : std::string();
-      html += fmt::format("<td{}{}>{}</td>", class_of(columns[i].kind), label, escaped(row[i]));
+      html += fmt::format("<td{}{}>{}</td>", class_of(columns[i].kind), label, with_code(row[i]));
     }
     html += "</tr>\n";
   }

@@ -15,6 +15,9 @@ namespace eha::report {
 /// UTF-8 '?'.
 [[nodiscard]] std::string escaped(std::string_view text);
 
+/// The same, with what stands between two backticks as code: commands as the messages of the programs quote them.
+[[nodiscard]] std::string with_code(std::string_view text);
+
 [[nodiscard]] std::string paragraph(std::string_view text);
 
 /// An unordered list. @returns nothing for no items

@@ -93,7 +93,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 std::string remark_html(const Remark& remark) {
   std::string html;
   const auto add = [&](const char* what, const std::string& text) {
-    if (!text.empty()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", what, escaped(text));
+    if (!text.empty()) html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", what, with_code(text));
   };
   add("Seen here", remark.seen);
   add("How it should look", remark.good);

@@ -113,12 +113,13 @@ std::string answer_box(const ControllerSubject& subject) {
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
           : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
             "then `eha export` with `--format st` (or c, simulink) writes it for a PLC.");
-  return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
-                     report::escaped(fmt::format("{} controller \"{}\": error within {} {} in motion, {} {} at rest",
-                                                 upper_case(std::string(ident::text(c.settings.kind))), c.name,
-                                                 at_most(factor * p.following_worst_in.upper), in,
-                                                 at_most(factor * p.rest_error_in.upper), in)),
-                     html);
+  return fmt::format(
+      "<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
+      report::escaped(fmt::format("{} controller \"{}\": error within {} {} while it moves, {} {} at rest",
+                                  upper_case(std::string(ident::text(c.settings.kind))), c.name,
+                                  at_most(factor * p.following_worst_in.upper), in,
+                                  at_most(factor * p.rest_error_in.upper), in)),
+      html);
 }
 
 }  // namespace eha::tune

@@ -35,7 +35,7 @@ report::Item motion(const ControllerSubject& subject) {
   item.figure = motion_figure(*subject.trace, item.heading, subject.unit);
   const config::ControllerPromise& p = subject.controller.promise;
   const double factor = subject.unit.factor("in");
-  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} {} in RMS, {:.2g} {} at worst.",
+  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} {} RMS, {:.2g} {} at worst.",
                                  factor * p.following_rms_in.upper, subject.unit.of("in"),
                                  factor * p.following_worst_in.upper, subject.unit.of("in"));
   item.remark.good = "The error is small while the rod moves and at rest, and the command does not swing at rest.";

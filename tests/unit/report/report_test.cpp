@@ -31,6 +31,12 @@ TEST(Escaped, LeavesNoMarkupAndNoBrokenText) {
   EXPECT_EQ(escaped("\xC3\xA9 \xC3( \xFF\x01"), "\xC3\xA9 ?( ? ");
 }
 
+TEST(WithCode, ShowsWhatStandsBetweenBackticksAsCode) {
+  EXPECT_EQ(with_code("`eha fit <a>` or `b`"), "<code>eha fit &lt;a&gt;</code> or <code>b</code>");
+  EXPECT_EQ(with_code("one ` alone"), "one ` alone");
+  EXPECT_EQ(paragraph("`a`"), "<p><code>a</code></p>\n");
+}
+
 TEST(Page, BeginsWithTheRecommendedModelAndItsReason) {
   Subject subject = subject_of("run", ident::Grade::good);
   subject.has_recommendation = true;
@@ -374,7 +380,7 @@ TEST(Page, OffersTheLongerExperimentOfAShortRecordBeforeAController) {
       {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
   const std::string html = page_of(subject).html;
   EXPECT_EQ(html.find("eha tune"), std::string::npos);
-  EXPECT_NE(html.find("Next: first `eha run` with next_experiment.toml"), std::string::npos);
+  EXPECT_NE(html.find("Next: first <code>eha run</code> with next_experiment.toml"), std::string::npos);
   EXPECT_NE(html.find("Usable band: none"), std::string::npos);
 }
 

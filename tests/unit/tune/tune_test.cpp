@@ -55,14 +55,14 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   EXPECT_EQ(html.rfind("<section class=\"verdict some\"><h2>P controller", 0), 0U) << html;
   for (const char* told :
        {"within 0.0026 in of the reference", "overshoots by at most 0.0012 in", "phase 80 degrees and at least 69",
-        "<li>The margin limits the gain.</li>", "Next: `eha track`"}) {
+        "<li>The margin limits the gain.</li>", "Next: <code>eha track</code>"}) {
     EXPECT_NE(html.find(told), std::string::npos) << told << " in " << html;
   }
   subject.measured.emplace().figures = {{.name = "following error, worst", .value = 0.1, .unit = "in", .kept = "no"}};
   html = answer_box(subject);
   EXPECT_EQ(html.rfind("<section class=\"verdict none\">", 0), 0U) << html;
   EXPECT_NE(html.find("The rig did not keep: following error, worst."), std::string::npos) << html;
-  EXPECT_NE(html.find("Next: `eha characterise`"), std::string::npos) << html;
+  EXPECT_NE(html.find("Next: <code>eha characterise</code>"), std::string::npos) << html;
 }
 
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {
