@@ -16,6 +16,7 @@
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
@@ -261,6 +262,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (const auto advice = identify::intersample_advice(
           source, task, identification, importer::command_with(command.import, command.source, "--intersample foh"))) {
     console.warning(*advice);
+  }
+  for (const identify::IdentifiedModel& model : identification.models) {
+    if (model.result.model.name == identification.recommendation.model) say_map_note(model.result.model, console);
   }
   std::vector<fs::path> written = write(identification, command, source);
   if (source.run_folder && !command.output && !console.quiet()) {

@@ -43,6 +43,8 @@ double map_error_of(const ident::Model& model) {
   return model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
 }
 
+static_assert(ident::kNotedShift_V <= config::kSameValve_V, "a shift that explains a difference has its note");
+
 /// How far a model's map may have moved null and dead band beyond what those of one valve may differ by anyway [V].
 double shift_beyond_V(double map_error_V) {
   return std::max(0.0, ident::kShiftOverMapError * map_error_V - config::kSameValve_V);
@@ -88,24 +90,39 @@ FoundValve valve_of_model(const ident::Model& model, const std::string& name, co
   return {.zone = {model.input_map->null, model.input_map->dead_band},
           .source = name,
           .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml",
-          .map_error_V = map_error_of(model)};
+          .map_error_V = map_error_of(model),
+          .note = ident::map_note(model)};
+}
+
+void say_map_note(const ident::Model& model, const Console& console) {
+  if (const std::string note = ident::map_note(model); !note.empty()) {
+    console.warning(fmt::format("of {}: {}", model.name, note));
+  }
 }
 
 void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
-  if (!rig.limits.following) return;
+  const auto say_note = [&] {
+    if (!found.note.empty()) console.warning(fmt::format("of {}: {}", found.source, found.note));
+  };
+  if (!rig.limits.following) {
+    say_note();
+    return;
+  }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
   const config::DeadZone slack{kStds * uncertainty.null_V, kStds * uncertainty.dead_band_V};
   const config::DeadZone zone{known.null_V, known.dead_band_V};
-  if (config::is_of_one_valve(zone, found.zone, slack)) return;
+  if (config::is_of_one_valve(zone, found.zone, slack)) {
+    say_note();
+    return;
+  }
   const double shift_V = shift_beyond_V(found.map_error_V);
   if (config::is_of_one_valve(zone, found.zone, {slack.null_V + shift_V, slack.dead_band_V + shift_V})) {
     console.info(fmt::format(
-        "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: the rod moves within that dead band, as "
-        "where oil leaks past the piston or friction bends the edges, which shifts the two by up to {:.2g} V. "
-        "[following] of {} ({:.3f} and {:.3f} V) does not contradict the record; keep it, or measure: `{}`",
-        found.zone.null_V, found.zone.dead_band_V, found.source, ident::kShiftOverMapError * found.map_error_V,
-        rig.file_name, known.null_V, known.dead_band_V, found.remedy));
+        "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: {}. [following] of {} (null_V = {:.3f}, "
+        "and dead_band_V = {:.3f} with {:.2f} V to spare) does not contradict the record; keep it, or measure: `{}`",
+        found.zone.null_V, found.zone.dead_band_V, found.source, found.note, rig.file_name, known.null_V,
+        rig.limits.following->dead_band_V, config::kDeadBandSpare_V, found.remedy));
     return;
   }
   console.warning(fmt::format(
@@ -133,7 +150,10 @@ void warn_of_changed_valve(const fs::path& run, const Console& console) {
   if (!file) return;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
-  if (!rig) return;
+  if (!rig) {
+    say_map_note(model, console);
+    return;
+  }
   const auto sheet = newest_sheet_run(run);
   warn_if_following_differs(
       *rig, valve_of_model(model, "this record's model", sheet ? valve_of_sheet(*sheet) : std::nullopt), console);

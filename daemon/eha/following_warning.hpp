@@ -18,6 +18,7 @@ struct FoundValve {
   std::string source = {};   ///< "the valve sheet of RUN"
   std::string remedy = {};   ///< command that brings the rig file up to date
   double map_error_V = 0.0;  ///< of a model's map, as ident::map_error()
+  std::string note = {};     ///< ident::map_note() of a model
 };
 
 /// Returns the newest run of [characterise] on the same rig beside a run; none without one.
@@ -36,13 +37,16 @@ struct FoundValve {
                                         const std::optional<FoundValve>& sheet);
 
 /// Warns if null or dead band of [following] in a rig file are not those of a found valve. Says it where the error of
-/// the model's map alone makes the difference.
+/// the model's map alone makes the difference, and where that error is worth knowing beside values that agree.
 void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
+
+/// Says what the error of the map of a model means, with the model's name; nothing where the map fits.
+void say_map_note(const ident::Model& model, const Console& console);
 
 /// The same for a run's rig file and the newest valve sheet beside the run.
 void warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
 
-/// The same for a run's rig file and the model that the run recommends.
+/// The same for a run's rig file and the model that the run recommends; without [following] say_map_note().
 void warn_of_changed_valve(const std::filesystem::path& run, const Console& console);
 
 }  // namespace eha::cli

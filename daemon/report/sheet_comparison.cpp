@@ -34,6 +34,7 @@ struct Pair {
   Value by_sheet = {};
   double rounding = 0.0;  ///< difference explained by the map's straight lines
   bool is_null = false;
+  std::string in_file = {};  ///< how the file has the sheet's value, where it differs
 
   [[nodiscard]] double apart() const { return std::abs(by_model.value - by_sheet.value); }
   [[nodiscard]] double allowed() const { return std::hypot(by_model.half_width, by_sheet.half_width) + rounding; }
@@ -80,9 +81,13 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
   add({.name = "null", .unit = model.input_unit, .rounding = rounding, .is_null = true},
       by_model(model, Role::valve_null), sheet("null_V"), sheet("null_uncertainty_V"));
   auto dead_band = sheet("dead_band_V");
-  if (dead_band) dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
-  add({.name = "half dead band", .unit = model.input_unit, .rounding = rounding}, by_model(model, Role::dead_band),
-      dead_band, sheet("dead_band_uncertainty_V"));
+  std::string in_file;
+  if (dead_band) {
+    in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, kDeadBandSpare_V);
+    dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
+  }
+  add({.name = "half dead band", .unit = model.input_unit, .rounding = rounding, .in_file = in_file},
+      by_model(model, Role::dead_band), dead_band, sheet("dead_band_uncertainty_V"));
   const auto positive = sheet("gain_positive_in_per_V_s");
   const auto negative = sheet("gain_negative_in_per_V_s");
   const auto share = sheet("gain_uncertainty_percent");
@@ -128,8 +133,8 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   bool null_differs = false;
   std::vector<std::string> others;
   for (const Pair& pair : pairs) {
-    result.seen += fmt::format("{} {} {} here and {} there, ", first ? "" : ";", pair.name,
-                               shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit));
+    result.seen += fmt::format("{} {} {} here and {} there{}, ", first ? "" : ";", pair.name,
+                               shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit), pair.in_file);
     result.seen += pair.agrees() ? (pair.apart() <= std::hypot(pair.by_model.half_width, pair.by_sheet.half_width)
                                         ? std::string("they agree")
                                         : fmt::format("they agree within the {:.2g} that the straight lines of the map "

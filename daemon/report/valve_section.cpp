@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
@@ -15,7 +16,6 @@
 namespace eha::report {
 namespace {
 
-constexpr double kNotedMapError = 0.2;      // of the dead band
 constexpr double kRareSide_percent = 15.0;  // fewer samples on a side of the dead band determine the map poorly
 
 /// Whether the record shows a dead band: its interval lies above 0.
@@ -68,12 +68,9 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
   }
-  const double map_error = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
-  if (map_error > kNotedMapError * map.dead_band) {
-    remark.seen += fmt::format(
-        " The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null "
-        "and half dead band of the fit may be up to {:.2g} {} off the valve's, whatever their intervals say.",
-        ident::kShiftOverMapError * map_error, unit);
+  if (std::string note = ident::map_note(model); !note.empty()) {
+    note.front() = 'T';
+    remark.seen += " " + note + ".";
   }
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;

@@ -13,6 +13,9 @@ inline constexpr std::string_view kDeadBandIs = "dead_band: half the dead band, 
 
 inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]
 
+/// " in", what follows a number; empty without a unit, as of a record that has none.
+[[nodiscard]] inline std::string after_number(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
+
 /// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 

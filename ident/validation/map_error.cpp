@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/map_error.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/signal/autoregression.hpp"
 
 namespace eha::ident {
@@ -80,6 +83,19 @@ std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, con
     greatest = std::max(greatest, std::abs(found->values[part]) - kStandardErrors * found->stds[part]);
   }
   return greatest;
+}
+
+std::string map_note(const Model& model) {
+  constexpr double kNotedShare = 0.4;  // of the dead band
+  if (!model.input_map || !model.validation || !model.validation->map_error) return {};
+  const double shift = kShiftOverMapError * *model.validation->map_error;
+  const bool is_noted =
+      shift > kNotedShare * model.input_map->dead_band || (model.input_unit == "V" && shift > kNotedShift_V);
+  if (!(shift > 0.0) || !is_noted) return {};
+  return fmt::format(
+      "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null and "
+      "half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
+      shift, after_number(model.input_unit));
 }
 
 }  // namespace eha::ident

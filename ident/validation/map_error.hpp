@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 
 #include "ident/model/model.hpp"
 #include "ident/model/model_output.hpp"
@@ -22,5 +23,14 @@ namespace eha::ident {
 
 /// Null and dead band of a fit may be off by this many times that error, see MapError in the tests.
 inline constexpr double kShiftOverMapError = 2.0;
+
+/// A shift of null and half dead band by more than this is worth a sentence [V]; two measurements of one valve differ
+/// by less.
+inline constexpr double kNotedShift_V = 0.03;
+
+/// What the error of a model's map means: that the rod moves within the dead band, and by how much null and half dead
+/// band of the fit may be off the valve's. No capital and no point. Empty where the map fits: for a shift of at most
+/// kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
+[[nodiscard]] std::string map_note(const Model& model);
 
 }  // namespace eha::ident

@@ -191,25 +191,9 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
   const std::string html = page_of(subject).html;
   EXPECT_NE(html.find("The valve has changed since its sheet, or is another one: half dead band."), std::string::npos);
   EXPECT_NE(html.find("they differ by 0.059"), std::string::npos);
+  EXPECT_NE(html.find("V there (dead_band_V = 0.2 with 0.05 V to spare), they differ"), std::string::npos) << html;
   EXPECT_EQ(html.find("Trust the valve sheet"), std::string::npos);
   EXPECT_NE(html.find("mm/(V s) there, they agree"), std::string::npos);
-}
-
-TEST(Page, AdvisesNothingThatItsModelsAlreadyHave) {
-  Subject subject = subject_of("run", ident::Grade::usable);
-  subject.models[0].model.verdict->criteria.push_back(
-      {.kind = ident::CriterionKind::residual_input, .value = 1e-6, .limit = 0.01});
-  const std::string alone = page_of(subject).html;
-  EXPECT_NE(alone.find("Try --input-map valve or more poles or --delay free."), std::string::npos) << alone;
-  ident::Model other = model_named("io3_valve", ident::Grade::usable, 99.0);
-  other.input_map = ident::ValveMap{.null = 0.0, .dead_band = 0.1, .negative_gain_ratio = 1.0};
-  other.transfer_function.denominator.push_back({0.001, 3.0});
-  subject.models.push_back({other, "models/io3_valve.json"});
-  const std::string two = page_of(subject).html;
-  EXPECT_NE(two.find("Try --delay free."), std::string::npos);
-  EXPECT_EQ(two.find("Try --input-map"), std::string::npos);
-  subject.models[1].model.transfer_function.delay_s = 0.002;
-  EXPECT_NE(page_of(subject).html.find("are among the models already"), std::string::npos);
 }
 
 TEST(Page, SaysThatASmallErrorIsNoNoise) {

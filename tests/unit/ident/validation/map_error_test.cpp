@@ -75,5 +75,23 @@ TEST(MapError, IsNoneWithoutAMap) {
   EXPECT_FALSE(result.model.validation->map_error);
 }
 
+TEST(MapNote, SaysFromWhichShiftOnNullAndDeadBandAreOff) {
+  Model model;
+  model.input_unit = "V";
+  model.validation.emplace();
+  EXPECT_EQ(map_note(model), "");
+  model.input_map = ValveMap{.null = 0.0, .dead_band = 0.3, .negative_gain_ratio = 1.0};
+  EXPECT_EQ(map_note(model), "") << "an error that is not known";
+  model.validation->map_error = 0.014;
+  EXPECT_EQ(map_note(model), "");
+  // A shift far below the dead band, and above what two measurements of one valve differ by.
+  model.validation->map_error = 0.043;
+  EXPECT_NE(map_note(model).find("may be up to 0.086 V off the valve's"), std::string::npos) << map_note(model);
+  model.input_unit = "mA";
+  EXPECT_EQ(map_note(model), "");
+  model.validation->map_error = 0.07;
+  EXPECT_NE(map_note(model).find("may be up to 0.14 mA off"), std::string::npos) << map_note(model);
+}
+
 }  // namespace
 }  // namespace eha::ident
