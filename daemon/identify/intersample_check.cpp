@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/prepared_record.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::identify {
 namespace {
@@ -92,15 +93,15 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
             ? found[2]
             : found[1];
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
-    const std::string& unit = source.record.output_channel.unit;
+    const std::string unit = ident::after_number(source.record.output_channel.unit);
     std::string gain;
     if (ident::is_comparable(lines, steps) && ident::ar_bic(lines) < ident::ar_bic(steps) - kClearly) {
-      gain = fmt::format("the error of {} falls from {:.3g} to {:.3g} {} (rms)", held->structure.name, error(steps),
+      gain = fmt::format("the error of {} falls from {:.3g} to {:.3g}{} (rms)", held->structure.name, error(steps),
                          error(lines), unit);
     } else if (simpler != nullptr && ident::is_comparable(simpler_lines, steps) &&
                ident::ar_bic(simpler_lines) < ident::ar_bic(steps)) {
       gain = fmt::format(
-          "{} errs by {:.3g} {} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
+          "{} errs by {:.3g}{} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
           "for "
           "half a row alone",
           simpler->structure.name, error(simpler_lines), unit, held->structure.name, error(steps));

@@ -3,18 +3,17 @@
 
 #include <string>
 
-#include "daemon/report/subject.hpp"
+#include "ident/model/model.hpp"
 
 namespace eha::report {
 
-/// Whether a model of the subject has a valve's map.
-[[nodiscard]] bool has_valve_map(const Subject& subject);
+// What a section says of a model's error. The remedy stands in the verdict's sentences, in the box at the top of the
+// page; a section refers to it.
 
-/// Gives advice, in one sentence, for a model that misses a part of the plant: those of valve map, more poles and delay
-/// that no model of the subject has.
-[[nodiscard]] std::string what_to_try(const Subject& subject, const ident::Model& model);
+/// "the box above says what to do." where a criterion of the model failed; else empty.
+[[nodiscard]] std::string named_in_box(const ident::Model& model);
 
-/// What to do about a model's error, by the cause that the box at the top of the page names; empty if none is known.
-[[nodiscard]] std::string against_error(const Subject& subject, const ident::Model& model);
+/// Names a model's error by the cause that the box at the top of the page names; empty if none is known.
+[[nodiscard]] std::string against_error(const ident::Model& model);
 
 }  // namespace eha::report

@@ -125,6 +125,14 @@ Remark without_response(const ReportedModel& reported) {
           "time."};
 }
 
+/// What to do where model and measurement differ, seen at `where`.
+std::string against_difference(const ident::Model& model, const std::string& where, double gain_dB) {
+  const std::string box = named_in_box(model);
+  return fmt::format(
+      "The model misses a part of the plant at the frequencies where {} differ: {}", where,
+      !box.empty() ? box : fmt::format("use it where an error of {:.2g} dB does not matter there.", gain_dB));
+}
+
 Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
   const bool has_map = shows_map(reported.model, response, &subject.fit);
   const Distance distance = has_map               ? distance_with_map(*response, reported.model, subject.fit)
@@ -170,9 +178,7 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
         "The bars of the gain error reach 0, and the squares lie on the measured points: below the line, as the dead "
         "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates.";
     remark.to_do = is_close ? nothing + " For commands of another amplitude the squares move; the line does not."
-                            : "The model misses a part of the plant at the frequencies where squares and points "
-                              "differ. " +
-                                  what_to_try(subject, reported.model);
+                            : against_difference(reported.model, "squares and points", distance.gain_dB);
   } else if (reported.model.input_map) {
     remark.good =
         "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude. The shaded "
@@ -182,13 +188,12 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
     remark.to_do =
         "Judge this model by the plot over time: with a dead band no transfer function alone passes through the bars.";
   } else if (distortion && *distortion > kMuchDistortion_dB) {
-    remark.to_do = has_valve_map(subject) ? "The plant is not linear at this amplitude: compare this model with one "
-                                            "with a valve's map (table above) in the plot over time."
-                                          : "The plant is not linear at this amplitude: fit with --input-map valve.";
+    const std::string box = named_in_box(reported.model);
+    remark.to_do = "The plant is not linear at this amplitude: " +
+                   (box.empty() ? "use this model at the recorded amplitudes." : box);
   } else {
     remark.to_do = is_close ? nothing + " To learn the response at other frequencies, excite them."
-                            : "The model misses a part of the plant at the frequencies where line and bars differ. " +
-                                  what_to_try(subject, reported.model);
+                            : against_difference(reported.model, "line and bars", distance.gain_dB);
   }
   return remark;
 }

@@ -6,6 +6,7 @@
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
+#include "ident/validation/lags_note.hpp"
 
 namespace eha::report {
 namespace {
@@ -16,7 +17,7 @@ bool has_note(const ident::Verdict& verdict) {
                      [](const ident::Criterion& c) { return has_failed(c); });
 }
 
-Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
+Remark remark_on_residual(const ident::Model& model) {
   const ident::ValidationReport& validation = *model.validation;
   Remark remark;
   remark.seen = fmt::format(
@@ -30,12 +31,15 @@ Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
         "order {} leaves of the residual.",
         validation.tests->input.p, validation.tests->whiteness.p, validation.tests->ar_order);
   }
+  if (model.verdict) {
+    if (const std::string note = ident::lags_note(model, *model.verdict); !note.empty()) remark.seen += " " + note;
+  }
   remark.good =
       "The input's correlation stays within its bounds (p above 0.01): the model misses nothing that the input causes. "
       "A residual that is correlated with itself alone is coloured noise or drift and no fault of the model; the "
       "intervals allow for it.";
   const bool passes = model.verdict && !has_note(*model.verdict);
-  const std::string known = passes ? "" : against_error(subject, model);
+  const std::string known = passes ? "" : against_error(model);
   remark.to_do = known.empty() ? "Nothing." : known;
   return remark;
 }
@@ -51,7 +55,7 @@ Section residual_section(const Subject& subject) {
   item.figure = {.title = item.heading,
                  .panels = {correlation_panel(model.validation->acf, "with itself"),
                             correlation_panel(model.validation->ccf, "with the input")}};
-  item.remark = remark_on_residual(subject, model);
+  item.remark = remark_on_residual(model);
   section.items.push_back(std::move(item));
   return section;
 }

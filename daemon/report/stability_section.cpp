@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/display_unit.hpp"
+#include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
@@ -74,7 +75,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
   } else if (!stability.stable) {
     remark.to_do =
         "Do not simulate with it over long times. An unstable model of a rig that is stable comes from drift or "
-        "a bias that was not estimated: use the default procedure and a longer record.";
+        "a bias that was not estimated" +
+        (named_in_box(model).empty() ? ": record longer." : ": " + named_in_box(model));
   } else if (duration_s > 0.0 && slowest > kSlow * duration_s) {
     remark.to_do = fmt::format(
         "The slowest pole has a time constant of {:.3g} s, the record lasts {:.3g} s: it cannot tell "

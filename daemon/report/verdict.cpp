@@ -13,6 +13,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
@@ -38,12 +39,12 @@ std::string scores_sentence(const Model& model) {
                                           percent_text(model.estimation->score.r2_percent))
                             : "It holds no scores.";
   }
+  const std::string unit = ident::after_number(model.output_unit);
   return fmt::format(
-      "On the {} samples that did not estimate it, its error is {:.2g} {} rms and {:.3g} {} at most: fit {}, R2 {} "
+      "On the {} samples that did not estimate it, its error is {:.2g}{} rms and {:.3g}{} at most: fit {}, R2 {} "
       "(100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
-      score->samples, std::sqrt(score->mse), model.output_unit,
-      std::max(std::abs(score->error_min), std::abs(score->error_max)), model.output_unit,
-      percent_text(score->fit_percent), percent_text(score->r2_percent));
+      score->samples, std::sqrt(score->mse), unit, std::max(std::abs(score->error_min), std::abs(score->error_max)),
+      unit, percent_text(score->fit_percent), percent_text(score->r2_percent));
 }
 
 /// What the grade means for who uses the model.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -27,8 +28,8 @@ bool is_outside(const Correlation& correlation, int first_lag) {
 /// "0.0012 in rms, 0.15 % of the output's standard deviation"
 std::string error_text(const Model& model) {
   const Score& score = model.validation->score;
-  return fmt::format("{:.2g} {} rms, {:.2g} % of the output's standard deviation", std::sqrt(score.mse),
-                     model.output_unit, 100.0 - score.fit_percent);
+  return fmt::format("{:.2g}{} rms, {:.2g} % of the output's standard deviation", std::sqrt(score.mse),
+                     after_number(model.output_unit), 100.0 - score.fit_percent);
 }
 
 }  // namespace
@@ -37,15 +38,20 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   using Kind = CriterionKind;
   if (!model.validation) return {};
   const bool with_input = is_outside(model.validation->ccf, 0);
+  if (!with_input && fails_any(verdict, {Kind::residual_input})) {
+    return "No more lags of the correlation with the input are outside their bound than chance puts there, and yet the "
+           "test of all lags together finds that the input moves what is left: two tests. A single lag's bound is wide "
+           "where the residual is not white; the test of all together allows for that, and grades the model.";
+  }
   if (!with_input && !is_outside(model.validation->acf, 1)) return {};
   const std::string outside = "Lags outside the bounds: ";
   if (!verdict.accepted) {
-    return outside + "the error is no plain noise; why the model is rejected stands below.";
+    return outside + "the error is no plain noise; why the model is rejected, its reasons say.";
   }
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
     return fmt::format(
         "{}the error is no noise, the model lacks a part of the plant. They lower the grade to {} and do not reject "
-        "it, since the error is small: {}. Use the model where that is small enough.",
+        "it, since the error is small: {}.",
         outside, text(verdict.grade), error_text(model));
   }
   if (!with_input) {

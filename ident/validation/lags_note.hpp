@@ -7,8 +7,8 @@
 
 namespace eha::ident {
 
-/// What lags of the residual's correlations outside their bounds mean beside the grade, in one sentence or two; empty
-/// where no more are outside than chance puts there.
+/// What lags of the residual's correlations outside their bounds mean beside the grade, in a few sentences, and why the
+/// test of all lags together may find an input that no single lag shows; empty where both find nothing.
 /// @param model  with its validation, whose score is the one that was judged
 [[nodiscard]] std::string lags_note(const Model& model, const Verdict& verdict);
 

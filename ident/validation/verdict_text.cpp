@@ -112,7 +112,7 @@ class Reasons {
 
   /// What is wrong, the figure, what to do.
   [[nodiscard]] std::string failed(const Criterion& c) const {
-    const std::string& unit = model_.output_unit;
+    const std::string unit = after_number(model_.output_unit);
     switch (c.kind) {
       case Kind::interpolated:
         return fmt::format(
@@ -136,9 +136,8 @@ class Reasons {
         return low_r2(c);
       case Kind::max_abs_error:
         return fmt::format(
-            "The model is too far off at one place: the greatest {} error of {:.4g} {} is above the limit of {:.4g} "
-            "{}; "
-            "look there in the report, and cut a disturbance with --from or --to.",
+            "The model is too far off at one place: the greatest {} error of {:.4g}{} is above the limit of "
+            "{:.4g}{}; look there in the report, and cut a disturbance with --from or --to.",
             c.parameter, c.value, unit, c.limit, unit);
       case Kind::residual_input:
         return fmt::format(
@@ -171,7 +170,7 @@ class Reasons {
             c.value, model_.validation->tests->error->upper, c.limit);
       case Kind::residual_drift:
         return fmt::format(
-            "What is left wanders: by {:.3g} {} over the validation part, more than the {:.3g} {} that noise and the "
+            "What is left wanders: by {:.3g}{} over the validation part, more than the {:.3g}{} that noise and the "
             "parameters' errors explain; {}.",
             c.value, unit, c.limit, unit,
             cause_ == ErrorCause::drift ? "the sensor, the null or the oil's temperature may have drifted: record when "
@@ -205,12 +204,12 @@ class Reasons {
             c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
                 ? fmt::format(
                       ", and every motion repeats it: a fit of {:.3g} % keeps this alone from rejecting it, but expect "
-                      "the rod up to {:.2g} {} from where the model puts it",
+                      "the rod up to {:.2g}{} from where the model puts it",
                       score.fit_percent, largest, unit)
                 : std::string();
         return fmt::format(
-            "The model misses a part of the plant: its validation error of {:.3g} {} (rms) is {:.3g} times the noise "
-            "of {:.3g} {} that differs between the record's periods, more than {:.3g}{}; {}, or ignore it {}.",
+            "The model misses a part of the plant: its validation error of {:.3g}{} (rms) is {:.3g} times the noise "
+            "of {:.3g}{} that differs between the record's periods, more than {:.3g}{}; {}, or ignore it {}.",
             error, unit, c.value, error / c.value, unit, c.limit, risk, remedy(), where_it_matters());
       }
       case Kind::error_over_refit:
@@ -269,10 +268,11 @@ class Reasons {
   [[nodiscard]] std::string low_r2(const Criterion& c) const {
     if (cause_ == ErrorCause::white_noise) {
       return fmt::format(
-          "What is left is plain noise of {:.3g} {} rms, in which the input has no part: the {} R2 of {:.4g} % is "
+          "What is left is plain noise of {:.3g}{} rms, in which the input has no part: the {} R2 of {:.4g} % is "
           "below "
           "the limit of {:.4g} %; {}.",
-          std::sqrt(model_.validation->score.mse), model_.output_unit, c.parameter, c.value, c.limit, kAgainstNoise);
+          std::sqrt(model_.validation->score.mse), after_number(model_.output_unit), c.parameter, c.value, c.limit,
+          kAgainstNoise);
     }
     const bool is_named = cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
     return fmt::format(
@@ -304,23 +304,24 @@ class Reasons {
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }
-    return model_.input_map ? "try another structure" : "try the valve map (--input-map valve)";
+    return model_.input_map ? "fit the other structures too (eha fit without --model)"
+                            : "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
     if (!model_.validation) return "where the error does not matter";
-    return fmt::format("where an error of {:.2g} {} (rms) does not matter", std::sqrt(model_.validation->score.mse),
-                       model_.output_unit);
+    return fmt::format("where an error of {:.2g}{} (rms) does not matter", std::sqrt(model_.validation->score.mse),
+                       after_number(model_.output_unit));
   }
 
   /// Causes that lie in the record, with the command that cuts them off. They come first.
   [[nodiscard]] std::vector<std::string> causes() const {
     std::vector<std::string> found;
     if (!model_.validation) return found;
-    const std::string& unit = model_.output_unit;
+    const std::string unit = after_number(model_.output_unit);
     if (const auto& stop = model_.validation->end_stop) {
-      const std::string where = fmt::format("at {:.3f} {} from {:.5g} s on", stop->level, unit, stop->from_s);
-      const std::string both = stop->other ? fmt::format("{}, and at {:.3f} {} from {:.5g} s on; together", where,
+      const std::string where = fmt::format("at {:.3f}{} from {:.5g} s on", stop->level, unit, stop->from_s);
+      const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {:.5g} s on; together", where,
                                                          stop->other->level, unit, stop->other->from_s)
                                            : where + ",";
       found.push_back(fmt::format(
@@ -334,7 +335,7 @@ class Reasons {
       const CutBeside cut =
           cut_beside(*jump, model_.estimation ? model_.estimation->compared_step_s : std::optional<double>());
       found.push_back(
-          fmt::format("The error jumps by {:.3g} {} at about {:.5g} s: the sensor slipped or froze, the load changed "
+          fmt::format("The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
                       "or rows are missing there; cut with --to {:.10g} or --from {:.10g}.",
                       jump->change, unit, jump->time_s, cut.to_s, cut.from_s));
     }

@@ -224,6 +224,29 @@ std::vector<std::string> to_do_of(const Subject& subject) {
   return found;
 }
 
+TEST(Page, GivesARemedyInTheBoxAlone) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  for (double& y : subject.fit.models[0].simulated) y += 0.3;
+  ident::Verdict& verdict = *subject.models[0].model.verdict;
+  verdict.criteria.push_back({.kind = ident::CriterionKind::residual_input, .value = 1e-6, .limit = 0.01});
+  verdict.reasons = {"The input still moves what the model leaves over; take io3_valve."};
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "io_gain_dB", "io_phase_deg"};
+  response.columns = {{0.05, 0.2}, {1.0, 1.0}, {0.0, 0.0}, {0.0, 0.0}, {3.0, 3.0}, {0.0, 0.0}};
+  subject.response = response;
+  const std::vector<std::string> notes = to_do_of(subject);
+  const std::string html = page_of(subject).html;
+  EXPECT_EQ(html.find("Try --"), std::string::npos);
+  EXPECT_EQ(count(html, "take io3_valve"), 1U);
+  EXPECT_EQ(std::count_if(notes.begin(), notes.end(),
+                          [](const std::string& note) {
+                            return note.find("misses a part of the plant") != std::string::npos &&
+                                   note.ends_with(": the box above says what to do.");
+                          }),
+            3)
+      << "beside the plots over time, of the frequencies and of the residual";
+}
+
 TEST(Page, SaysTheSameOfAnErrorBesideItsPicturesAsInTheBox) {
   Subject subject = subject_of("run", ident::Grade::rejected);
   for (double& y : subject.fit.models[0].simulated) y += 0.3;

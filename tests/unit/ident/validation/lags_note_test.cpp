@@ -41,11 +41,27 @@ TEST(LagsNote, SaysThatTheTestOfAllLagsGrades) {
   EXPECT_NE(note.find("the test of all together"), std::string::npos) << note;
 }
 
+TEST(LagsNote, SaysThatTheTestOfAllLagsFindsWhatNoSingleOneShows) {
+  for (const double acf : {0.01, 0.9}) {
+    const std::string note = lags_note_on(model_with_lags(acf, 0.02, 1e-21));
+    EXPECT_NE(note.find("the test of all lags together finds"), std::string::npos) << note;
+    EXPECT_NE(note.find("two tests"), std::string::npos) << note;
+  }
+}
+
+TEST(LagsNote, LeavesNoGapWhereTheRecordHasNoUnit) {
+  Model model = model_with_lags(0.9, 0.02, 0.5);
+  model.output_unit.clear();
+  EXPECT_NE(lags_note_on(model).find("what is left, 0.1 rms,"), std::string::npos) << lags_note_on(model);
+  model.validation->tests->input.p = 1e-9;
+  for (const std::string& reason : judge(model, {}).reasons) EXPECT_EQ(reason.find("  "), std::string::npos) << reason;
+}
+
 TEST(LagsNote, LeavesARejectedModelToItsReasons) {
   AcceptanceLimits limits;
   limits.min_validation_r2_percent = 99.9;
   const std::string note = lags_note_on(model_with_lags(0.9, 0.5, 1e-6), limits);
-  EXPECT_NE(note.find("rejected stands below"), std::string::npos) << note;
+  EXPECT_NE(note.find("its reasons say"), std::string::npos) << note;
 }
 
 }  // namespace
