@@ -77,9 +77,14 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
   report::Item item{.heading = parameter.name == "dead_band" ? std::string(ident::kDeadBandIs) : parameter.name};
   item.figure = plot::Figure{.title = fmt::format("{} over the records", parameter.name), .panels = {std::move(panel)}};
   const bool is_compared = parameter.estimates.size() >= kFewestForOutliers;
-  item.remark.seen = fmt::format(
-      "Median {:.5g} (the dashed line), from {:.5g} to {:.5g} over {} records, each with {}.", parameter.median, lowest,
-      highest, parameter.estimates.size(), is_compared ? "the interval by which it is compared" : "its 95 % interval");
+  const std::string unit = ident::after_number(parameter.unit);
+  item.remark.seen =
+      fmt::format("Median {:.5g}{} (the dashed line), from {:.5g} to {:.5g}{} over {} records, each with {}.",
+                  parameter.median, unit, lowest, highest, unit, parameter.estimates.size(),
+                  is_compared ? "the interval by which it is compared" : "its 95 % interval");
+  if (parameter.estimates.size() == 1) {
+    item.remark.seen = fmt::format("{:.5g}{} in the one record, with its 95 % interval.", parameter.median, unit);
+  }
   const Trend* trend = trend_of(table, parameter.name);
   if (trend != nullptr) item.remark.seen += fmt::format(" It {} from the first to the last.", change_text(*trend));
   if (!is_compared) {
@@ -161,7 +166,8 @@ std::string compared_by(const Table& table) {
 }
 
 std::string lead_of(const Table& table, std::size_t failed) {
-  std::vector<std::string> sentences{fmt::format("{} of {} records are judged.", table.judged, table.rows.size())};
+  std::vector<std::string> sentences{fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
+                                                 table.rows.size() == 1 ? "record is" : "records are")};
   if (failed > 0)
     sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
   if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
@@ -185,8 +191,7 @@ std::string lead_of(const Table& table, std::size_t failed) {
     if (row.outliers.empty()) continue;
     if (++apart > kMostNamed) continue;
     for (const Outlier& one : row.outliers) {
-      sentences.push_back(fmt::format("{} lies apart: {} is {:.4g}, more than {:.2g} from the median of all, {:.4g}.",
-                                      row.record.id, one.parameter, one.value, one.half_width, one.median));
+      sentences.push_back(fmt::format("{} lies apart: {}.", row.record.id, outlier_text(one)));
     }
   }
   if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));
@@ -204,8 +209,28 @@ std::string lead_of(const Table& table, std::size_t failed) {
   if (const std::string changes = resolution_text(table); !changes.empty()) {
     sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
   }
+  const std::vector<WarningKind> warnings = warning_kinds(table);
+  for (const WarningKind& one : warnings) sentences.push_back(fmt::format("Warned: {}", warning_text(table, one)));
+  std::vector<std::string> to_do;
+  if (failed > 0) to_do.emplace_back("mend what \"Not judged\" names, and judge those records in a new folder");
+  if (table.missing > 0) to_do.emplace_back("give the same command again for the records without a result");
+  if (!warnings.empty()) {
+    to_do.emplace_back(
+        "follow the warnings; a command's options for one record go behind -- for the whole batch, with "
+        "a new folder (-o)");
+  }
+  if (apart > 0 || !table.trends.empty()) {
+    to_do.emplace_back(
+        "look at what was different where a record lies apart or a parameter moves, then `eha compare` "
+        "that record with an ordinary one");
+  }
+  if (!left_out.empty()) to_do.emplace_back("cut or repeat the records that are not compared");
+  if (!is_compared && to_do.empty()) to_do.emplace_back("record more to compare, or use the models of each record");
+  sentences.push_back(to_do.empty() ? "To do: nothing." : fmt::format("To do: {}.", fmt::join(to_do, "; ")));
   const char* kind =
-      apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty() ? "all" : "some";
+      warnings.empty() && apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty()
+          ? "all"
+          : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
          "</section>\n";
 }

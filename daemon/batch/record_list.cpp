@@ -98,9 +98,17 @@ std::vector<fs::path> records_named_by(const fs::path& source, std::vector<Skipp
   return {source};
 }
 
+/// The name of a record: of a run that a link names (latest) the run's own.
+fs::path name_of(const fs::path& source) {
+  std::error_code error;
+  const fs::path folder = fs::is_directory(source, error) ? fs::canonical(source, error) : fs::path();
+  if (!error && !folder.empty()) return folder.filename();
+  return source.has_filename() ? source.filename() : source.parent_path().filename();
+}
+
 /// Keeps letters, digits, '-', '_' and '.' of a record's name.
 std::string plain_name(const fs::path& source) {
-  const fs::path name = source.has_filename() ? source.filename() : source.parent_path().filename();
+  const fs::path name = name_of(source);
   std::string plain = name.stem().string().substr(0, kLongestName);
   for (char& c : plain) {
     const bool stays = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';

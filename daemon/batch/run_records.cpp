@@ -33,7 +33,7 @@ using std::chrono::steady_clock;
 constexpr auto kPoll = std::chrono::milliseconds(20);
 constexpr const char* kFitFile = "fit.json";
 constexpr const char* kMessagesFile = "messages.txt";
-constexpr std::size_t kLongestMessage = 2000;
+constexpr std::size_t kLongestMessage = 8000;
 constexpr std::string_view kPrefix = "eha: error: ";
 constexpr std::size_t kProbe = 64 * 1024;  // bytes; more than messages and a document need
 

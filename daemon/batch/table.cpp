@@ -14,6 +14,7 @@
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -84,6 +85,34 @@ std::string last_line(const std::string& message) {
   return one_line(line.starts_with(prefix) ? line.substr(prefix.size()) : line);
 }
 
+/// The warnings among the messages of `eha fit`.
+std::vector<std::string> warnings_in(const std::string& message) {
+  constexpr std::string_view kWarning = "eha: warning: ";
+  std::vector<std::string> found;
+  for (std::size_t at = 0; at < message.size();) {
+    const std::size_t end = std::min(message.find('\n', at), message.size());
+    const std::string_view line = std::string_view(message).substr(at, end - at);
+    if (line.starts_with(kWarning)) found.push_back(one_line(std::string(line.substr(kWarning.size()))));
+    at = end + 1;
+  }
+  return found;
+}
+
+/// What warnings of one kind have in common: the first clause, without the name of the record and without figures.
+std::string kind_of(std::string warning, const std::string& source) {
+  for (std::size_t at = warning.find(source); !source.empty() && at != std::string::npos; at = warning.find(source)) {
+    warning.erase(at, source.size());
+  }
+  std::string kind;
+  for (const char c : warning) {
+    const bool is_figure = (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+';
+    if (!is_figure) kind += c;
+  }
+  constexpr std::size_t kWords = 3;  // characters; a clause before that is an empty name
+  const std::size_t end = kind.find_first_of(",;:(`", kWords);
+  return kind.substr(0, end);
+}
+
 /// Returns the model that most rows recommend, the first of equals; without one the first model of the first row.
 std::string common_model_of(const std::vector<Row>& rows) {
   std::vector<std::pair<std::string, std::size_t>> counts;
@@ -134,7 +163,7 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
   std::vector<Resolution> resolutions;
   for (const Parameter& parameter : parameters_of(rows, model)) {
     if (parameter.estimates.size() < kFewestForOutliers) continue;
-    Resolution resolution{.parameter = parameter.name, .median = parameter.median};
+    Resolution resolution{.parameter = parameter.name, .median = parameter.median, .unit = parameter.unit};
     double furthest = -1.0;  // in half widths
     for (const Estimate& one : parameter.estimates) {
       const double half_width = one.half_width;
@@ -146,7 +175,7 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
         resolution.furthest = one.value;
       }
       if (distance > half_width) {
-        rows[one.row].outliers.push_back({parameter.name, one.value, parameter.median, half_width});
+        rows[one.row].outliers.push_back({parameter.name, one.value, parameter.median, half_width, parameter.unit});
       }
     }
     if (furthest >= 0.0) resolutions.push_back(resolution);
@@ -173,8 +202,9 @@ std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
     const auto n = static_cast<double>(seen.size());
     const double std = std::sqrt(n * (n - 1.0) * (2.0 * n + 5.0) / 18.0);
     if (std::abs(balance) - 1.0 <= threshold * std) continue;
-    trends.push_back(
-        {parameter.name, median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row)});
+    trends.push_back({parameter.name,
+                      median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row),
+                      parameter.unit});
   }
   return trends;
 }
@@ -313,6 +343,42 @@ std::string grade_of(const Row& row) {
   return model == nullptr ? std::string() : model->at("verdict").value("grade", std::string());
 }
 
+std::vector<WarningKind> warning_kinds(const Table& table) {
+  std::vector<std::pair<std::string, WarningKind>> kinds;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    for (const std::string& warning : table.rows[i].warnings) {
+      const std::string kind = kind_of(warning, table.rows[i].record.source);
+      auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& one) { return one.first == kind; });
+      if (known == kinds.end()) known = kinds.insert(kinds.end(), {kind, {.text = warning, .rows = {}}});
+      std::vector<std::size_t>& rows = known->second.rows;
+      if (rows.empty() || rows.back() != i) rows.push_back(i);
+    }
+  }
+  std::vector<WarningKind> found;
+  for (auto& [kind, one] : kinds) found.push_back(std::move(one));
+  return found;
+}
+
+std::string warning_text(const Table& table, const WarningKind& kind) {
+  constexpr std::size_t kMostNamed = 8;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(kind.rows.size(), kMostNamed); ++i) {
+    names += (i == 0 ? "" : ", ") + table.rows[kind.rows[i]].record.id;
+  }
+  if (kind.rows.size() > kMostNamed) names += fmt::format(" and {} more", kind.rows.size() - kMostNamed);
+  return fmt::format("{} of {} {} ({}): {}", kind.rows.size(), table.rows.size(),
+                     table.rows.size() == 1 ? "record" : "records", names, kind.text);
+}
+
+std::string outlier_text(const Outlier& outlier) {
+  const auto with_unit = [&](const char* format, double value) {
+    return fmt::format(fmt::runtime(format), value) + ident::after_number(outlier.unit);
+  };
+  return fmt::format("{} is {}, more than {} from the median of all, {}", outlier.parameter,
+                     with_unit("{:.4g}", outlier.value), with_unit("{:.2g}", outlier.half_width),
+                     with_unit("{:.4g}", outlier.median));
+}
+
 std::string why_none(const Row& row) {
   if (!row.judged || row.recommended != "none") return {};
   const auto found = row.fit.find("recommendation");
@@ -334,6 +400,7 @@ Table table_of(const BatchFolder& folder) {
     if (std::optional<Result> result = folder.result(record)) {
       row.exit_code = result->exit_code;
       row.judged = is_judged(*result);
+      row.warnings = warnings_in(result->message);
       if (row.judged) {
         row.fit = essence_of(result->fit);
         row.recommended = recommended_in(row.fit);
@@ -356,14 +423,17 @@ Table table_of(const BatchFolder& folder) {
 std::string resolution_text(const Table& table) {
   std::string text;
   for (const Resolution& one : table.resolutions) {
-    text += fmt::format("{}{} {:.2g} (furthest: {:.4g} in {}, median {:.4g})", text.empty() ? "" : "; ", one.parameter,
-                        one.change, one.furthest, table.rows[one.furthest_row].record.id, one.median);
+    const std::string unit = ident::after_number(one.unit);
+    text += fmt::format("{}{} {:.2g}{} (furthest: {:.4g}{} in {}, median {:.4g}{})", text.empty() ? "" : "; ",
+                        one.parameter, one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id,
+                        one.median, unit);
   }
   return text;
 }
 
 std::string change_text(const Trend& trend) {
-  return fmt::format("{} by {:.3g}", trend.change > 0.0 ? "rises" : "falls", std::abs(trend.change));
+  return fmt::format("{} by {:.3g}{}", trend.change > 0.0 ? "rises" : "falls", std::abs(trend.change),
+                     ident::after_number(trend.unit));
 }
 
 std::string to_csv(const Table& table) {
@@ -399,6 +469,7 @@ nlohmann::ordered_json to_json(const Table& table) {
                        {"recommended", row.recommended},
                        {"not_compared", why_not_compared(left_out, records.size())},
                        {"outliers", std::move(outliers)},
+                       {"warnings", row.warnings},
                        {"fit", row.fit}});
   }
   Json trends = Json::array();

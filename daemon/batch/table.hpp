@@ -23,6 +23,7 @@ struct Outlier {
   double value = 0.0;
   double median = 0.0;      ///< of all records
   double half_width = 0.0;  ///< of the joint interval around the median
+  std::string unit = {};    ///< empty for a ratio or an order
 };
 
 /// One record in the table.
@@ -30,16 +31,18 @@ struct Row {
   Record record;
   int exit_code = 0;
   bool judged = false;
-  std::string reason;             ///< reason for which it was not judged
-  nlohmann::ordered_json fit;     ///< of Result: models and recommendation; null if it was not judged
-  std::string recommended;        ///< model; "none" without one
-  std::vector<Outlier> outliers;  ///< of the table's common model
+  std::string reason;                      ///< reason for which it was not judged
+  nlohmann::ordered_json fit;              ///< of Result: models and recommendation; null if it was not judged
+  std::string recommended;                 ///< model; "none" without one
+  std::vector<Outlier> outliers;           ///< of the table's common model
+  std::vector<std::string> warnings = {};  ///< of `eha fit`, one sentence each
 };
 
 /// A parameter that rises or falls with the order of the records.
 struct Trend {
   std::string parameter;
-  double change = 0.0;  ///< from the first record to the last
+  double change = 0.0;    ///< from the first record to the last
+  std::string unit = {};  ///< empty for a ratio or an order
 };
 
 /// Smallest change of a parameter that these records can show.
@@ -50,6 +53,13 @@ struct Resolution {
   std::size_t furthest_row = 0;
   double furthest = 0.0;  ///< its value
   double median = 0.0;
+  std::string unit = {};  ///< empty for a ratio or an order
+};
+
+/// A kind of warning, as several records have it with other figures.
+struct WarningKind {
+  std::string text;               ///< that of the first record
+  std::vector<std::size_t> rows;  ///< the records that have it, in the order of the table
 };
 
 struct Table {
@@ -106,6 +116,15 @@ struct NotCompared {
 /// Why one record's model is good and another's usable; empty where the grades do not differ so.
 [[nodiscard]] std::string grade_note(const Table& table);
 
+/// The warnings of all records, each kind once, in the order of the first record of each.
+[[nodiscard]] std::vector<WarningKind> warning_kinds(const Table& table);
+
+/// "2 of 5 records (0001-sim, 0003-b): within half a row the input moves ...".
+[[nodiscard]] std::string warning_text(const Table& table, const WarningKind& kind);
+
+/// "null is 0.4 V, more than 0.05 V from the median of all, 0.3 V".
+[[nodiscard]] std::string outlier_text(const Outlier& outlier);
+
 /// Why no model is recommended, as `eha fit` says; empty where one is.
 [[nodiscard]] std::string why_none(const Row& row);
 
@@ -120,10 +139,11 @@ struct NotCompared {
 /// @throws as BatchFolder::result
 [[nodiscard]] Table table_of(const BatchFolder& folder);
 
-/// "dead_band 0.05 (furthest: 0.209 in 0005-e, median 0.15)", for each parameter, separated by "; ". Empty without any.
+/// "dead_band 0.05 V (furthest: 0.209 V in 0005-e, median 0.15 V)", for each parameter, separated by "; ". Empty
+/// without any.
 [[nodiscard]] std::string resolution_text(const Table& table);
 
-/// "rises by 0.16", "falls by 0.16".
+/// "rises by 0.16 V", "falls by 0.16 V".
 [[nodiscard]] std::string change_text(const Trend& trend);
 
 /// One row a record and model: record, source, verdict, validation, and each parameter with its interval.

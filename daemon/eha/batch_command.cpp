@@ -106,10 +106,7 @@ void require_fit_options(const std::vector<std::string>& options) {
 
 std::string outliers_of(const batch::Row& row) {
   std::string text;
-  for (const batch::Outlier& one : row.outliers) {
-    text += fmt::format("{}{} {:.4g}, more than {:.2g} from the median {:.4g}", text.empty() ? "" : "; ", one.parameter,
-                        one.value, one.half_width, one.median);
-  }
+  for (const batch::Outlier& one : row.outliers) text += (text.empty() ? "" : "; ") + batch::outlier_text(one);
   return text;
 }
 
@@ -181,12 +178,25 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none of those compared\n";
   text += apart;
   for (const batch::Resolution& one : table.resolutions) {
-    text += fmt::format("shown    a change of {} above {:.2g}; furthest {:.4g} in {}, median {:.4g}\n", one.parameter,
-                        one.change, one.furthest, table.rows[one.furthest_row].record.id, one.median);
+    const std::string unit = ident::after_number(one.unit);
+    text +=
+        fmt::format("shown    a change of {} above {:.2g}{}; furthest {:.4g}{} in {}, median {:.4g}{}\n", one.parameter,
+                    one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id, one.median, unit);
   }
   if (std::any_of(table.resolutions.begin(), table.resolutions.end(),
                   [](const batch::Resolution& one) { return one.parameter == "dead_band"; })) {
     text += fmt::format("note     {}\n", ident::kDeadBandIs);
+  }
+  const std::vector<batch::WarningKind> warnings = batch::warning_kinds(table);
+  bool has_command = false;
+  for (const batch::WarningKind& kind : warnings) {
+    text += "warned   " + batch::warning_text(table, kind) + "\n";
+    has_command = has_command || kind.text.find('`') != std::string::npos;
+  }
+  if (has_command) {
+    text +=
+        "note     a command behind `warned` fits that record alone; for the batch give its options behind --, with "
+        "a new folder (-o)\n";
   }
   text += failures + skipped;
   if (failures.find('`') != std::string::npos) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/batch/batch_page.hpp"
+#include "daemon/batch/record_list.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {
@@ -70,6 +71,60 @@ TEST(BatchTable, SaysTheSmallestChangeThatItsRecordsCanShow) {
   std::vector<double> many = few;
   for (int i = 0; i < 15; ++i) many.push_back(0.148 + 0.0005 * (i % 7));
   EXPECT_LT(table_with(many, {}, folder.path() / "many").resolutions.front().change, found.change);
+}
+
+TEST(BatchTable, CarriesTheWarningsOfItsRecordsOncePerKind) {
+  const test::TemporaryFolder folder;
+  BatchFolder batch(folder.path(), {rules_of({}),
+                                    {{.id = "0001-a", .source = "recs/a.csv", .sha256 = "1"},
+                                     {.id = "0002-b", .source = "recs/b.csv", .sha256 = "2"}}});
+  batch.claim({});
+  for (const Record& record : batch.batch().records) {
+    Result result = fit_with(0.15, true);
+    const bool is_first = record.id == "0001-a";
+    result.message = fmt::format(
+        "eha: info: read as CSV\neha: warning: within half a row the input moves by {} % of its spread, taken as held; "
+        "as straight lines the error of {} falls: `eha fit {} --intersample foh`\n",
+        is_first ? "3.1" : "42", is_first ? "io_valve" : "fo", record.source);
+    if (is_first) result.message += "eha: warning: recs/a.csv: the rod stands still\n";
+    (void)batch.work_folder(record);
+    batch.publish(record, result);
+  }
+  const Table table = table_of(batch);
+  const std::vector<WarningKind> kinds = warning_kinds(table);
+  ASSERT_EQ(kinds.size(), 2U);
+  EXPECT_EQ(kinds[0].rows, (std::vector<std::size_t>{0, 1}));
+  EXPECT_EQ(warning_text(table, kinds[0]).rfind("2 of 2 records (0001-a, 0002-b): within half a row", 0), 0U);
+  EXPECT_EQ(kinds[1].rows, (std::vector<std::size_t>{0}));
+  EXPECT_EQ(to_json(table)["records"][0]["warnings"].size(), 2U);
+  EXPECT_EQ(to_json(table)["records"][1]["warnings"].size(), 1U);
+  const std::string html = page_of(table).html;
+  EXPECT_NE(html.find("Warned: 2 of 2 records"), std::string::npos);
+  EXPECT_NE(html.find("To do: follow the warnings"), std::string::npos);
+}
+
+TEST(BatchTable, NamesARunOfALinkByItsOwnName) {
+  const test::TemporaryFolder folder;
+  for (const char* bench : {"a", "b"}) {
+    const std::filesystem::path runs = folder.path() / bench;
+    std::filesystem::create_directories(runs / fmt::format("20261126T101500Z-{}", bench));
+    std::filesystem::create_directory_symlink(fmt::format("20261126T101500Z-{}", bench), runs / "latest");
+    folder.write(fmt::format("{}/latest/run.json", bench), "{}");
+  }
+  const FoundRecords found = records_of({(folder.path() / "a/latest").string(), (folder.path() / "b/latest").string()});
+  ASSERT_EQ(found.records.size(), 2U);
+  EXPECT_EQ(found.records[0].id, "0001-20261126T101500Z-a");
+  EXPECT_EQ(found.records[1].id, "0002-20261126T101500Z-b");
+}
+
+TEST(BatchTable, GivesUnitsAndNoPluralOfOne) {
+  const Outlier one{.parameter = "null", .value = 0.4, .median = 0.3, .half_width = 0.05, .unit = "V"};
+  EXPECT_EQ(outlier_text(one), "null is 0.4 V, more than 0.05 V from the median of all, 0.3 V");
+  const test::TemporaryFolder folder;
+  const std::string html = page_of(table_with({0.15}, {}, folder.path())).html;
+  EXPECT_EQ(html.find("over 1 records"), std::string::npos);
+  EXPECT_NE(html.find("0.15 in the one record"), std::string::npos);
+  EXPECT_NE(html.find("1 of 1 record is judged."), std::string::npos);
 }
 
 TEST(BatchTable, SaysWhyARecordHasNoModel) {
