@@ -122,6 +122,7 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
     if (run.change) run.change = in_output_unit(*run.change, factor);
     run.left_over.before *= factor;
     run.left_over.after *= factor;
+    run.first_model_error *= factor;
   }
   return comparison;
 }
@@ -165,6 +166,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             .model = model,
                             .change = run.change,
                             .left_over = run.left_over,
+                            .first_model_error = run.first_model_error,
+                            .first_model_holds = i == 0 || identify::first_model_holds(run),
                             .time_s = run.fit.time_s,
                             .measured = run.fit.measured,
                             .simulated = run.fit.simulated});
@@ -176,6 +179,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (i > 0) {
       entry["left_over"] = {
           {"rms_before", run.left_over.before}, {"rms_after", run.left_over.after}, {"changed", run.left_over.changed}};
+      entry["first_model"] = {{"rms_error", run.first_model_error}, {"holds", identify::first_model_holds(run)}};
     }
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
@@ -183,6 +187,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   bool any_differs = false;  // through the plant or the input
   bool any_changed = false;
   bool any_leaves_other = false;
+  bool all_hold = true;  // the first record's model on the others
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
@@ -190,7 +195,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     out.text +=
         fmt::format("\n{}: {}\n", sources[i].name,
                     !run.cannot_tell.empty() ? "cannot tell whether the plant has changed: " + run.cannot_tell
-                    : !change.changed        ? "no change of the plant found"
+                    : !change.changed        ? "no change of a parameter found"
                     : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
                                                "plant has changed; compare two runs of one experiment"
                                              : "the plant has changed");
@@ -206,6 +211,9 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     out.subjects[i].left_over.changed = leaves_other;
     const std::string left_over = report::left_over_sentence(out.subjects.front(), out.subjects[i]);
     if (leaves_other) out.text += "  " + left_over + "\n";
+    const std::string holds = report::first_model_sentence(out.subjects.front(), out.subjects[i]);
+    out.text += "  " + holds + "\n  " + report::tested_sentence(change) + "\n";
+    all_hold = all_hold && out.subjects[i].first_model_holds;
     out.text += table_of(out.subjects.front(), out.subjects[i]);
     any_leaves_other = any_leaves_other || leaves_other;
     any_differs = any_differs || change.changed || !run.cannot_tell.empty();
@@ -215,15 +223,18 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     }
     add_changes(out.findings.sentences, titles[i], change, model, shows);
     if (leaves_other) out.findings.sentences.push_back(titles[i] + ": " + left_over);
+    out.findings.sentences.push_back(holds);
+    if (i == 1) out.findings.sentences.push_back(report::tested_sentence(change));
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
   out.findings.heading = any_changed ? "The plant has changed"
                          : any_differs
                              ? "Not shown whether the plant has changed: the records differ in input or length"
-                         : any_leaves_other ? "No parameter changed, but what the model leaves over did"
-                                            : "No change of the plant found";
-  out.findings.is_alike = !any_differs && !any_leaves_other;
+                         : !all_hold        ? "No change of a parameter found, yet the first model does not hold"
+                         : any_leaves_other ? "No change of a parameter found, but what the model leaves over changed"
+                                            : "No change of a parameter found, and the first model holds";
+  out.findings.is_alike = !any_differs && !any_leaves_other && all_hold;
   out.findings.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);

@@ -78,6 +78,30 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
       correlation.bound99);
 }
 
+/// Says that the samples compared here are not of the step of those that estimated the model, which changes what the
+/// tests see, and the command that compares alike.
+/// @param step_s  between the samples compared here
+void note_other_step(const ident::Model& model, const ValidateCommand& command, double step_s, int decimation,
+                     const Console& console) {
+  constexpr double kOther = 1.5;
+  const double of_model_s = model.estimation ? model.estimation->compared_step_s.value_or(step_s) : step_s;
+  if (std::max(of_model_s, step_s) < kOther * std::min(of_model_s, step_s)) return;
+  const std::string found = fmt::format(
+      "{} was estimated on samples every {:.4g} s and is scored on samples every {:.4g} s, so noise and tests differ",
+      model.name, of_model_s, step_s);
+  if (of_model_s > step_s) {
+    const auto every = static_cast<int>(std::lround(decimation * of_model_s / step_s));
+    console.info(
+        fmt::format("{}; alike: `{}`", found,
+                    importer::command_with(command.import, command.source, fmt::format("--decimate {}", every))));
+  } else {
+    const std::string record = record_of(model);
+    console.info(fmt::format("{}; for a model of the longer step: `eha fit {} --decimate {} -o models`", found,
+                             record.empty() ? "RECORD" : shell_word(record),
+                             static_cast<int>(std::lround(step_s / of_model_s))));
+  }
+}
+
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
   identify::Source source =
@@ -95,6 +119,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
           })) {
     console.info(hint->sentence);
   }
+  note_other_step(model, command, options.decimation * source.record.step_s,
+                  options.decimation / identify::parts_of_a_row(source), console);
   identify::ScoredModel scored_here;
   try {
     scored_here = identify::score_model(model, source, options, console.progress_callback());

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
+#include "core/display_unit.hpp"
+#include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/verdict.hpp"
@@ -72,11 +75,12 @@ ident::FitResult fit_named(const Source& source, const ident::StructureOptions& 
 }
 
 std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident::StructureOptions& structure,
-                                 const ident::FitOptions& options, const Progress& progress) {
+                                 const std::vector<ident::FitOptions>& options, const Progress& progress) {
   std::vector<ComparedRun> runs;
-  for (const Source& source : sources) {
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const Source& source = sources[i];
     ComparedRun& run = runs.emplace_back();
-    run.fit = fit_named(source, structure, options, part_of(progress, runs.size() - 1, sources.size(), source.name));
+    run.fit = fit_named(source, structure, options[i], part_of(progress, i, sources.size(), source.name));
     ident::Model& model = run.fit.model;
     model.verdict = ident::judge(model, {});
     if (const auto excited = ident::excited_band(source.record.input, source.record.step_s)) {
@@ -84,6 +88,77 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
     }
   }
   return runs;
+}
+
+/// Rms error of a model on a record, with its offset estimated again.
+double error_on(const ident::Model& model, const Source& source, const ident::FitOptions& options) {
+  const ident::ValidationReport report = ident::validate(model, source.record, options);
+  return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
+}
+
+/// The records in the units of the first: lengths are converted. @throws DataError  other units differ
+std::vector<Source> in_units_of_first(std::vector<Source> sources) {
+  const Source first = sources.front();
+  for (Source& source : sources) {
+    const ident::Record& a = first.record;
+    ident::Record& b = source.record;
+    const DisplayUnit unit(a.output_channel.unit);
+    if (a.input_channel.unit != b.input_channel.unit || a.output_channel.unit != unit.of(b.output_channel.unit)) {
+      throw DataError(fmt::format(
+          "{} is in {} and {}, {} in {} and {}; expected the same units, or outputs that are lengths (mm, cm, m, in)",
+          source.name, b.input_channel.unit, b.output_channel.unit, first.name, a.input_channel.unit,
+          a.output_channel.unit));
+    }
+    b.output *= unit.factor(b.output_channel.unit);
+    b.output_channel.unit = a.output_channel.unit;
+  }
+  return sources;
+}
+
+/// How many times a step holds another, at least once; 0 where it is no whole number of times.
+int times(double step_s, double of_s) {
+  const double ratio = step_s / of_s;
+  const double whole = std::round(ratio);
+  return whole >= 1.0 && std::abs(ratio - whole) <= kSameStep * ratio ? static_cast<int>(whole) : 0;
+}
+
+/// Options by which every record is compared on samples of one step.
+/// @throws DataError  the rows of two records do not allow that
+std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, std::vector<std::string>& notes) {
+  const Source& first = sources.front();
+  const ident::FitOptions options = options_of(first);
+  double step_s = options.decimation * first.record.step_s;
+  for (const Source& source : sources) step_s = std::max(step_s, source.record.step_s);
+  std::vector<ident::FitOptions> all;
+  for (const Source& source : sources) {
+    all.push_back(options);
+    all.back().decimation = times(step_s, source.record.step_s);
+    if (all.back().decimation == 0 || times(std::max(source.record.step_s, first.record.step_s),
+                                            std::min(source.record.step_s, first.record.step_s)) == 0) {
+      throw DataError(fmt::format(
+          "{} has rows every {:g} s, {} every {:g} s, and the samples compared every {:g} s; expected steps "
+          "that are whole multiples of one another",
+          source.name, source.record.step_s, first.name, first.record.step_s, step_s));
+    }
+    if (std::abs(source.record.step_s - first.record.step_s) > kSameStep * first.record.step_s) {
+      notes.push_back(fmt::format("{} has rows every {:g} s, {} every {:g} s; both are compared every {:g} s",
+                                  source.name, source.record.step_s, first.name, first.record.step_s, step_s));
+    }
+  }
+  return all;
+}
+
+/// Whether the inputs differ at the times that both records have.
+bool has_other_input(const ident::Record& a, const ident::Record& b) {
+  const double step_s = std::max(a.step_s, b.step_s);
+  const Eigen::Index every_a = times(step_s, a.step_s);
+  const Eigen::Index every_b = times(step_s, b.step_s);
+  const Eigen::Index shared = std::min(a.input.size() / every_a, b.input.size() / every_b);
+  double moved = 0.0;
+  for (Eigen::Index i = 0; i < shared; ++i) {
+    moved = std::max(moved, std::abs(a.input[i * every_a] - b.input[i * every_b]));
+  }
+  return moved > 0.05 * a.input.cwiseAbs().maxCoeff();
 }
 
 LeftOver left_over(const ident::Model& before, const ident::Model& after) {
@@ -152,33 +227,25 @@ ScoredModel scored(const ident::Model& model, const Source& source, const ident:
 
 }  // namespace
 
-RunComparison compare_runs(const std::vector<Source>& sources, const Progress& progress) {
+bool first_model_holds(const ComparedRun& run) {
+  return run.first_model_error <= ident::kGreatestErrorOverRefit * run.left_over.after;
+}
+
+RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
+  const std::vector<Source> sources = in_units_of_first(recorded);
   const Source& first = sources.front();
   RunComparison comparison;
-  std::vector<bool> has_other_input;
+  const std::vector<ident::FitOptions> options = of_one_step(sources, comparison.notes);
+  std::vector<bool> other_inputs;
   for (const Source& source : sources) {
-    const ident::Record& a = first.record;
-    const ident::Record& b = source.record;
-    if (a.input_channel.unit != b.input_channel.unit || a.output_channel.unit != b.output_channel.unit) {
-      throw DataError(fmt::format("{} is in {} and {}, {} in {} and {}; expected the same units", source.name,
-                                  b.input_channel.unit, b.output_channel.unit, first.name, a.input_channel.unit,
-                                  a.output_channel.unit));
-    }
-    if (std::abs(a.step_s - b.step_s) > kSameStep * a.step_s) {
-      throw DataError(fmt::format("{} has rows every {:g} s, {} every {:g} s; expected the same", source.name, b.step_s,
-                                  first.name, a.step_s));
-    }
-    const Eigen::Index shared = std::min(a.input.size(), b.input.size());
-    const double moved = (a.input.head(shared) - b.input.head(shared)).cwiseAbs().maxCoeff();
-    has_other_input.push_back(moved > 0.05 * a.input.cwiseAbs().maxCoeff());
-    if (has_other_input.back()) {
+    other_inputs.push_back(has_other_input(first.record, source.record));
+    if (other_inputs.back()) {
       comparison.notes.push_back(
           fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
                       source.name, first.name));
     }
     for (std::string& sentence : warnings(source)) comparison.notes.push_back(std::move(sentence));
   }
-  const ident::FitOptions options = options_of(first);
   ident::StructureOptions structure;
   structure.name = comparison.structure = "io_valve";
   structure.structure = ident::structures::behind_valve(ident::structures::io());
@@ -192,7 +259,8 @@ RunComparison compare_runs(const std::vector<Source>& sources, const Progress& p
   }
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
-    comparison.runs[i].has_other_input = has_other_input[i];
+    comparison.runs[i].has_other_input = other_inputs[i];
+    comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);

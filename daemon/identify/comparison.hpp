@@ -30,9 +30,14 @@ struct ComparedRun {
   ident::FitResult fit;                      ///< the model has a verdict, with its usable band
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
   LeftOver left_over = {};                   ///< the same
+  double first_model_error = 0.0;            ///< rms, of the first run's model on this run [output unit]; 0: the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
 };
+
+/// Whether the first run's model describes a run: errs at most ident::kGreatestErrorOverRefit times as much as the one
+/// fitted to that run.
+[[nodiscard]] bool first_model_holds(const ComparedRun& run);
 
 struct RunComparison {
   std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known
@@ -40,11 +45,14 @@ struct RunComparison {
   std::vector<std::string> notes;  ///< limits of the comparison, one sentence each
 };
 
-/// Fits one structure to the whole of every record, with the same decimation and discarded start, and compares the
-/// parameters of each with the first's. The structure is the integer-order model behind a valve map; if one record does
-/// not excite both sides of the valve, all are fitted without a map.
+/// Fits one structure to the whole of every record, on samples of the same step and with the same discarded start, and
+/// compares the parameters of each with the first's. Lengths are converted to the first record's unit. Each record is
+/// decimated to one step: the first's by its experiment, or the longest step of the rows. The structure is the
+/// integer-order model behind a valve map; if one record does not excite both sides of the valve, all are fitted
+/// without a map.
 /// @param sources  at least two
-/// @throws DataError  records differ in units, or as ident::fit; ConfigError as ident::fit
+/// @throws DataError  records differ in units that are no lengths, or have rows whose steps are no multiples of one
+/// another, or as ident::fit; ConfigError as ident::fit
 [[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources, const Progress& progress = {});
 
 /// A model compared with a record.

@@ -2,6 +2,7 @@
 #include "daemon/report/comparison_page.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include "daemon/plot/envelope.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
 namespace {
@@ -112,7 +114,12 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
       : subject.left_over.changed ? "The parameters hold. Look for what moves the output besides the input: noise of "
                                     "the sensor, friction, air, "
                                     "or a map that fits less well."
-                                  : "Nothing: models of the first record still hold.";
+      : !subject.first_model_holds
+          ? "No parameter is shown to have changed, yet the first model does not hold here: look for what it does not "
+            "describe, as friction, a leak or a load, and fit a model to the new record before you rely on one."
+      : subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
+                                        : "Nothing: no change of a parameter is shown.";
+  if (subject.first_model_error > 0.0) item.remark.seen += " " + first_model_sentence(first, subject);
   std::vector<std::string> not_shown;
   for (const ident::ParameterChange& p : change.parameters) {
     std::string hidden = ident::hidden_sentence(p, subject.model);
@@ -148,8 +155,8 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
     if (subject.time_s.size() == 0) continue;
     output.series.push_back(curve_of(subject.time_s, subject.measured, subject.label, style));
     error.series.push_back(curve_of(subject.time_s, subject.measured - subject.simulated, "", style));
-    item.remark.seen +=
-        fmt::format("RMS error on {}: {:.3g} {}. ", subject.label, rms(subject.measured - subject.simulated), unit);
+    item.remark.seen += fmt::format("RMS error on {}: {:.3g}{}. ", subject.label,
+                                    rms(subject.measured - subject.simulated), ident::after_number(unit));
     ++style;
   }
   if (style == 1) return {};
@@ -233,9 +240,27 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
 
 std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
   const identify::LeftOver& e = subject.left_over;
-  return fmt::format("What the model leaves over changed by a factor of {:.2g}, from {:.3g} {} rms on {} to {:.3g} {}.",
-                     e.after / e.before, e.before, subject.model.output_unit, first.label, e.after,
-                     subject.model.output_unit);
+  const std::string unit = ident::after_number(subject.model.output_unit);
+  return fmt::format("What the model leaves over changed by a factor of {:.2g}, from {:.3g}{} rms on {} to {:.3g}{}.",
+                     e.after / e.before, e.before, unit, first.label, e.after, unit);
+}
+
+std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  const double refit = subject.left_over.after;
+  const std::string unit = ident::after_number(subject.model.output_unit);
+  return fmt::format(
+      "The model of {} errs by {:.3g}{} rms on {}, {:.2g} times the {:.3g}{} of the model fitted there: "
+      "it {}.",
+      first.label, subject.first_model_error, unit, subject.label, subject.first_model_error / refit, refit, unit,
+      subject.first_model_holds ? "holds" : "does not hold");
+}
+
+std::string tested_sentence(const ident::PlantChange& change) {
+  std::vector<std::string> names;
+  for (const ident::ParameterChange& p : change.parameters) names.push_back(p.name);
+  return fmt::format(
+      "Tested: {}. Not tested: what these do not describe, as friction, leaks or noise.",
+      names.empty() ? "nothing, as no parameter of both is estimated" : fmt::format("{}", fmt::join(names, ", ")));
 }
 
 std::vector<std::string> titles_of(const std::vector<std::string>& paths) {

@@ -19,6 +19,8 @@ struct ComparedSubject {
   ident::Model model;
   std::optional<ident::PlantChange> change = {};  ///< from the first one to this one; none for the first
   identify::LeftOver left_over = {};              ///< the same, of two records
+  double first_model_error = 0.0;                 ///< rms, of the first model on this record; 0: not known
+  bool first_model_holds = true;                  ///< as identify::first_model_holds()
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   // The record and the model on it, of one length; empty for a model alone.
   Eigen::VectorXd time_s = {};
@@ -31,6 +33,13 @@ struct ComparedSubject {
 
 /// "What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."
 [[nodiscard]] std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject);
+
+/// "The model of base errs by 0.12 in rms on friction, 6 times the 0.02 in of the model fitted there: it does not
+/// hold."
+[[nodiscard]] std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject);
+
+/// "Tested: null, dead_band, K, a1; not tested: what these do not describe, as friction, leaks or noise."
+[[nodiscard]] std::string tested_sentence(const ident::PlantChange& change);
 
 /// Result of a comparison.
 struct ComparisonFindings {

@@ -88,6 +88,42 @@ TEST(Comparison, CannotTellFromAShortRecordWhetherAStraightModelIsOfThisPlant) {
   EXPECT_FALSE(on_all.of_another_plant);
 }
 
+TEST(Comparison, SaysWhetherTheFirstModelHoldsOnTheSecondRecord) {
+  const Source here = source_of(seeded(1));
+  const RunComparison same = compare_runs({here, source_of(seeded(2))});
+  EXPECT_TRUE(first_model_holds(same.runs[1])) << same.runs[1].first_model_error;
+  EXPECT_GT(same.runs[1].first_model_error, 0.0);
+  hal::SimOptions other = seeded(2);
+  other.valve_dead_band_V = 0.25;
+  const RunComparison changed = compare_runs({here, source_of(other)});
+  EXPECT_FALSE(first_model_holds(changed.runs[1])) << changed.runs[1].first_model_error;
+  EXPECT_GT(changed.runs[1].first_model_error, 2.0 * changed.runs[1].left_over.after);
+}
+
+TEST(Comparison, ConvertsLengthsAndTakesRowsOfAnotherStep) {
+  const Source one = source_of(seeded(1));
+  Source other = source_of(seeded(1));
+  other.record.output *= 25.4;
+  other.record.output_channel.unit = "mm";
+  Source inches = one;
+  inches.record.output_channel.unit = "in";
+  const RunComparison units = compare_runs({inches, other});
+  EXPECT_FALSE(units.runs[1].change->changed);
+  EXPECT_EQ(units.runs[1].fit.model.output_unit, "in");
+  EXPECT_NEAR(units.runs[1].left_over.after, units.runs[1].left_over.before, 1e-6);
+  // Every 20th row of the same record: the compared samples, every 0.04 s, are the same.
+  Source coarse = one;
+  coarse.record.step_s *= 20.0;
+  coarse.record.input = one.record.input(Eigen::seq(0, Eigen::last, 20)).eval();
+  coarse.record.output = one.record.output(Eigen::seq(0, Eigen::last, 20)).eval();
+  const RunComparison steps = compare_runs({one, coarse});
+  EXPECT_FALSE(steps.runs[1].has_other_input);
+  ASSERT_EQ(steps.notes.size(), 1U);
+  EXPECT_NE(steps.notes[0].find("both are compared every 0.04 s"), std::string::npos) << steps.notes[0];
+  coarse.record.step_s = 0.0013;
+  EXPECT_THROW(static_cast<void>(compare_runs({one, coarse})), DataError);
+}
+
 TEST(Comparison, TellsOtherInputsAndRefusesOtherUnits) {
   Source one = source_of(seeded(1));
   Source other = one;
@@ -95,7 +131,7 @@ TEST(Comparison, TellsOtherInputsAndRefusesOtherUnits) {
   EXPECT_FALSE(same.runs.at(1).has_other_input);
   other.record.input *= 0.8;
   EXPECT_TRUE(compare_runs({one, other}).runs.at(1).has_other_input);
-  other.record.output_channel.unit = "mm";
+  other.record.output_channel.unit = "bar";
   EXPECT_THROW(static_cast<void>(compare_runs({one, other})), DataError);
 }
 

@@ -79,9 +79,22 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
       grown.find("What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."),
       std::string::npos);
   EXPECT_NE(grown.find(">left over, rms</td>"), std::string::npos);
-  EXPECT_EQ(grown.find("Nothing: models of the first record still hold"), std::string::npos);
+  EXPECT_EQ(grown.find("<dd>Nothing"), std::string::npos);
   noisy.left_over.changed = false;
-  EXPECT_NE(page(noisy).find("Nothing: models of the first record still hold"), std::string::npos);
+  EXPECT_NE(page(noisy).find("Nothing: no change of a parameter is shown"), std::string::npos);
+  noisy.left_over.after = 0.02;
+  noisy.first_model_error = 0.021;
+  EXPECT_NE(page(noisy).find("Nothing: the model of the first record holds on this one"), std::string::npos);
+  noisy.first_model_error = 0.12;
+  noisy.first_model_holds = false;
+  const std::string other = page(noisy);
+  EXPECT_NE(other.find("The model of base errs by 0.12 in rms on noisy, 6 times the 0.02 in of the model fitted there: "
+                       "it does not hold."),
+            std::string::npos)
+      << other;
+  EXPECT_NE(other.find("No parameter is shown to have changed, yet the first model does not hold here"),
+            std::string::npos);
+  EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
   noisy.change->changed = noisy.change->parameters[0].changed = true;
   EXPECT_NE(page(noisy).find("or comes from a leak past the piston"), std::string::npos);
 }
