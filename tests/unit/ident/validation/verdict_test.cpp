@@ -307,8 +307,9 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
   model.validation->score.fit_percent = 96.0;
   const Verdict close = judge(model, {}, {.noise_std = 0.019});
   EXPECT_EQ(close.grade, Grade::usable);
-  EXPECT_NE(close.reasons.front().find("with a fit of 96 % it is not rejected, but expect the rod up to 0.2 in from "
-                                       "where the model puts it; try"),
+  EXPECT_NE(close.reasons.front().find(
+                "a fit of 96 % keeps this alone from rejecting it, but expect the rod up to 0.2 in from "
+                "where the model puts it; try"),
             std::string::npos)
       << close.reasons.front();
 }
