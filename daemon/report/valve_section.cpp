@@ -57,13 +57,19 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   remark.good =
       fmt::format("At least {:.0f} % of the samples on either side, and narrow intervals of null and dead band.",
                   kRareSide_percent);
-  remark.to_do =
-      rarer_percent < kRareSide_percent
-          ? "The input was rarely on one side of the dead band: record with an offset_V near the null."
-          : fmt::format(
-                "A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
-                high, unit, low, unit);
-  if (model.verdict && may_miss_a_part(*model.verdict)) {
+  const std::optional<double> shift = ident::map_shift(model);
+  if (rarer_percent < kRareSide_percent) {
+    remark.to_do = "The input was rarely on one side of the dead band: record with an offset_V near the null.";
+  } else if (shift) {
+    remark.to_do =
+        "Compensate nothing by these numbers: for a controller take null and dead band of the valve sheet (eha "
+        "characterise), or of [following] in the rig file where it is from a sheet, as `eha tune` does.";
+  } else {
+    remark.to_do =
+        fmt::format("A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
+                    high, unit, low, unit);
+  }
+  if (!shift && model.verdict && may_miss_a_part(*model.verdict)) {
     remark.to_do +=
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (eha characterise), as `eha tune` does.";

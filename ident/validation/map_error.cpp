@@ -48,6 +48,17 @@ std::optional<Regression> regression(const Eigen::MatrixXd& columns, const Eigen
   return found;
 }
 
+/// How far null and dead band may be off [input unit]; 0 where nothing is known.
+double shift_of(const Model& model) {
+  if (!model.input_map || !model.validation) return 0.0;
+  return kShiftOverMapError * model.validation->map_error.value_or(0.0);
+}
+
+bool is_doubtful(const Model& model, double shift) {
+  constexpr double kDoubtfulShare = 0.4;  // of the dead band
+  return model.input_map && shift > kDoubtfulShare * model.input_map->dead_band;
+}
+
 }  // namespace
 
 std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, const Eigen::VectorXd& residual) {
@@ -85,13 +96,14 @@ std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, con
   return greatest;
 }
 
+std::optional<double> map_shift(const Model& model) {
+  const double shift = shift_of(model);
+  return is_doubtful(model, shift) ? std::optional(shift) : std::nullopt;
+}
+
 std::string map_note(const Model& model) {
-  constexpr double kNotedShare = 0.4;  // of the dead band
-  if (!model.input_map || !model.validation || !model.validation->map_error) return {};
-  const double shift = kShiftOverMapError * *model.validation->map_error;
-  const bool is_noted =
-      shift > kNotedShare * model.input_map->dead_band || (model.input_unit == "V" && shift > kNotedShift_V);
-  if (!(shift > 0.0) || !is_noted) return {};
+  const double shift = shift_of(model);
+  if (!is_doubtful(model, shift) && !(model.input_unit == "V" && shift > kNotedShift_V)) return {};
   return fmt::format(
       "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null and "
       "half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",

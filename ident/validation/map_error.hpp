@@ -33,4 +33,8 @@ inline constexpr double kNotedShift_V = 0.03;
 /// kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
 [[nodiscard]] std::string map_note(const Model& model);
 
+/// Returns how far null and dead band of a model may be off the valve's, whatever their intervals say [input unit].
+/// None where its map errs by less than a fifth of the dead band, or has no error.
+[[nodiscard]] std::optional<double> map_shift(const Model& model);
+
 }  // namespace eha::ident

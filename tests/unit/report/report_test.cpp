@@ -165,6 +165,19 @@ TEST(Page, AllowsANullWhatTheErrorOfItsMapMoves) {
   EXPECT_NE(html.find("half dead band of the fit may be up to 0.08 V off the valve&#39;s"), std::string::npos);
 }
 
+TEST(Page, SaysBesideNullAndDeadBandThatTheyAreNotTheValvesAndCompensatesNothingByThem) {
+  const std::string html = page_with_nulls(0.07, 0.04);
+  const std::string box = html.substr(0, html.find("</section>"));
+  EXPECT_NE(box.find("half dead band are the fit&#39;s, not the valve&#39;s: each may be up to 0.08 V off"),
+            std::string::npos)
+      << box;
+  EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos);
+  EXPECT_NE(html.find("Compensate nothing by these numbers"), std::string::npos);
+  const std::string sound = page_with_nulls(0.07, 0.01);
+  EXPECT_EQ(sound.find("not the valve&#39;s"), std::string::npos);
+  EXPECT_NE(sound.find("A controller can compensate it: add"), std::string::npos);
+}
+
 TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
   // A valve whose dead band grew to 0.209 V; a null within its method's error.
   Subject subject = subject_of("run", ident::Grade::good);
