@@ -16,6 +16,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "daemon/tune/following_agreement.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/map_error.hpp"
 
@@ -24,9 +25,6 @@ namespace eha::cli {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Standard deviations of [following] that a difference may have beside that of one valve.
-constexpr double kStds = 2.0;
 
 /// Returns the rig file of a run; none without [following], or in a record without a rig file.
 std::optional<config::RigConfig> known_rig_of(const fs::path& run) {
@@ -44,11 +42,6 @@ double map_error_of(const ident::Model& model) {
 }
 
 static_assert(ident::kNotedShift_V <= config::kSameValve_V, "a shift that explains a difference has its note");
-
-/// How far a model's map may have moved null and dead band beyond what those of one valve may differ by anyway [V].
-double shift_beyond_V(double map_error_V) {
-  return std::max(0.0, ident::kShiftOverMapError * map_error_V - config::kSameValve_V);
-}
 
 }  // namespace
 
@@ -82,7 +75,7 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
 }
 
 bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
-  const double shift_V = shift_beyond_V(map_error_of(model));
+  const double shift_V = tune::shift_beyond_V(map_error_of(model));
   return config::is_of_one_valve({model.input_map->null, model.input_map->dead_band}, sheet.zone, {shift_V, shift_V});
 }
 
@@ -109,15 +102,12 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
     return;
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
-  const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
-  const config::DeadZone slack{kStds * uncertainty.null_V, kStds * uncertainty.dead_band_V};
-  const config::DeadZone zone{known.null_V, known.dead_band_V};
-  if (config::is_of_one_valve(zone, found.zone, slack)) {
+  const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
+  if (agreement == tune::FollowingAgreement::one_valve) {
     say_note();
     return;
   }
-  const double shift_V = shift_beyond_V(found.map_error_V);
-  if (config::is_of_one_valve(zone, found.zone, {slack.null_V + shift_V, slack.dead_band_V + shift_V})) {
+  if (agreement == tune::FollowingAgreement::within_map_error) {
     console.info(fmt::format(
         "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: {}. [following] of {} (null_V = {:.3f}, "
         "and dead_band_V = {:.3f} with {:.2f} V to spare) does not contradict the record; keep it, or measure: `{}`",

@@ -51,7 +51,8 @@ figures of these trials are its promise. Writes controller.toml, eha-controller(
 Without --kind the least feedback within a fifth of the best is taken, and what the others would gain is shown.
 --twin names a simulated rig that was fitted to a record (`eha replay --calibrate`). Without it a simulated rig is its own
 twin; for another rig one is estimated from model and valve. --sheet takes null, dead band, gains and noise of a run of
-`eha characterise`; without it [following] of the rig file gives them where the model has no valve map.
+`eha characterise`; without it [following] of the rig file gives them where the model has no valve map, or one that a leak
+past the piston has bent.
 With RUN, the model that the run recommends is meant. Nothing moves.
 
 Examples:

@@ -101,6 +101,15 @@ std::string remark_on_fractional_orders(double gain) {
                    percent);
 }
 
+/// Why the valve of [following] applies and not that of the model.
+std::string following_remark(const ident::AxisPlant& plant) {
+  return fmt::format(
+      "Null {:.3f} V and half dead band {:.3f} V are those of [following] of the rig file, not the model's {:.3f} and "
+      "{:.3f} V: the rod moves within the model's dead band, as where oil leaks past the piston or friction bends the "
+      "edges, which shifts the model's two. --sheet takes those of a new valve sheet instead.",
+      plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
+}
+
 void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   const ident::AxisDesign& d = tuned.design;
   auto& lines = tuned.remarks;
@@ -128,14 +137,17 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   if (plant.replaced) {
     const bool is_one_valve = config::is_of_one_valve({plant.valve.null, plant.valve.dead_band},
                                                       {plant.replaced->null, plant.replaced->dead_band});
-    lines.push_back(fmt::format(
-        "The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} and {:.3f} V; the sheet "
-        "applies, for [following] too. {}",
-        plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
-        is_one_valve
-            ? "A model's numbers are of a fit: dry friction and the structure shift them by some hundredths of "
-              "a volt."
-            : "Did the valve change between the two?"));
+    lines.push_back(task.valve_of == ValveOrigin::following
+                        ? following_remark(plant)
+                        : fmt::format("The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} "
+                                      "and {:.3f} V; the sheet "
+                                      "applies, for [following] too. {}",
+                                      plant.valve.null, plant.valve.dead_band, plant.replaced->null,
+                                      plant.replaced->dead_band,
+                                      is_one_valve ? "A model's numbers are of a fit: dry friction and the structure "
+                                                     "shift them by some hundredths of "
+                                                     "a volt."
+                                                   : "Did the valve change between the two?"));
   }
   if (d.settings.feedback.ki > 0.0) {
     lines.push_back(

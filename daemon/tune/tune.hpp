@@ -14,9 +14,13 @@
 
 namespace eha::tune {
 
+/// Where a valve that replaces the model's map is from.
+enum class ValveOrigin { sheet, following };
+
 /// Task of a controller search and of its trials.
 struct TuneTask {
   ident::AxisTask axis;
+  ValveOrigin valve_of = ValveOrigin::sheet;     ///< axis.valve
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
   hal::SimOptions twin;                          ///< centre of the drawn twins
   TwinSpread spread;

@@ -11,7 +11,9 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
+#include "daemon/tune/following_agreement.hpp"
 #include "hal/backends/backend.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::tune {
@@ -65,6 +67,22 @@ double noise_in(const ident::Model& model, const config::RigConfig& rig, const T
   return kLsbsOfNoise * lsb_in;
 }
 
+/// Whether [following] knows the valve better than a model's map: the rod moves within the map's dead band, and
+/// [following] does not contradict the record.
+bool is_map_doubtful(const ident::Model& model, const config::Following& following) {
+  if (!model.input_map) return false;
+  const double map_error_V = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
+  switch (agreement_of(following, {model.input_map->null, model.input_map->dead_band}, map_error_V)) {
+    case FollowingAgreement::one_valve:
+      return ident::map_shift(model).has_value();
+    case FollowingAgreement::within_map_error:
+      return true;
+    case FollowingAgreement::other_valve:
+      break;
+  }
+  return false;
+}
+
 /// Greatest coefficient of a numerator.
 double size_of(const ident::TransferFunction& g) {
   double size = 0.0;
@@ -102,6 +120,8 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
     axis.valve_is_measured = true;
   } else if (rig.limits.following) {
     axis.valve = numbers_of(*rig.limits.following);
+    inputs.task.valve_of = ValveOrigin::following;
+    axis.valve_is_measured = is_map_doubtful(model, *rig.limits.following);
   }
   inputs.task.kind = choices.kind;
   inputs.plant = ident::axis_plant(model, axis);

@@ -45,7 +45,7 @@ struct AxisTask {
   double lsb = 0.0;             ///< of a reading [in]
   /// Numbers of the valve, for a model without a valve map.
   std::optional<ValveNumbers> valve = {};
-  bool valve_is_measured = false;  ///< by a valve sheet; `valve` then also replaces the model's map
+  bool valve_is_measured = false;  ///< by a valve sheet, or the map is doubtful; `valve` then replaces the map too
   int draws = 200;
   std::uint64_t seed = 1;
 };

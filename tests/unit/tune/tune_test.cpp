@@ -7,10 +7,12 @@
 #include <cmath>
 #include <string>
 
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
+#include "daemon/tune/tune_inputs.hpp"
 #include "hal/sim/cylinder.hpp"
 
 namespace eha::tune {
@@ -118,6 +120,30 @@ TEST(PromisedPlant, NamesAGainAUnitAndALagThatAreNotThoseOfTheTrialsRig) {
   inputs.plant.inverse.position = 2.0;
   EXPECT_NE(why_another_plant(inputs).find("does not integrate"), std::string::npos) << why_another_plant(inputs);
   EXPECT_DOUBLE_EQ(returns_in_s(inputs).value_or(0.0), 0.5);
+}
+
+TEST(TuneInputs, TakeTheValveOfFollowingWhereTheErrorOfTheModelsMapMovedItsOwn) {
+  const config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim-leaky.toml");
+  ident::Model model = rod(std::get<hal::SimOptions>(rig.backend));
+  model.input_unit = "V";
+  model.output_unit = "in";
+  model.input_map->null = -0.403;
+  model.input_map->dead_band = 0.223;
+  EXPECT_NEAR(tune_inputs(model, rig, {}).plant.valve.null, -0.403, 1e-9) << "nothing speaks against the map";
+  model.validation.emplace().map_error = 0.136;
+  TuneInputs inputs = tune_inputs(model, rig, {});
+  EXPECT_NEAR(inputs.plant.valve.null, -0.2, 1e-9);
+  EXPECT_NEAR(inputs.plant.valve.dead_band, 0.15, 1e-9);
+  EXPECT_NEAR(inputs.task.axis.command_max, -0.2 + config::closed_loop_most_V(rig.limits), 1e-9);
+  inputs.task.kind = ident::FeedbackKind::p;
+  inputs.task.twins = 2;
+  inputs.task.hold_s = 2.0;
+  const Tuned tuned = tune(inputs.plant, inputs.task);
+  EXPECT_TRUE(std::any_of(tuned.remarks.begin(), tuned.remarks.end(), [](const std::string& remark) {
+    return remark.rfind("Null -0.200 V and half dead band 0.150 V are those of [following]", 0) == 0;
+  })) << tuned.remarks.front();
+  model.input_map->null = -1.2;
+  EXPECT_NEAR(tune_inputs(model, rig, {}).plant.valve.null, -1.2, 1e-9) << "the map's error does not explain that";
 }
 
 TEST(SwingCounter, CountsSwingsOfTheLastSecond) {
