@@ -144,7 +144,8 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
     console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
   }
   console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
-  if (const std::string warning = sheet::warning_of(run); !warning.empty()) console.warning(warning);
+  if (const std::string warning = sheet::warning_of(run, console.unit(run.rig.units)); !warning.empty())
+    console.warning(warning);
   for (const std::string& file : files) {
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }

@@ -48,8 +48,12 @@ struct SheetRow {
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);
 
+/// Names a leak: the rod's speed within the dead band, where it is what 0.03 V of command gives or more, as a clause.
+/// Empty: none.
+[[nodiscard]] std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit);
+
 /// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
-[[nodiscard]] std::string warning_of(const RunSheet& run);
+[[nodiscard]] std::string warning_of(const RunSheet& run, const DisplayUnit& unit);
 
 /// What the rig file says of this valve from now on: [following] with its uncertainties. Limit and pressure delay are
 /// those of the rig file, where it has them.

@@ -49,18 +49,33 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
                           .y = scaled(sheet.block_in_per_s, factor),
                           .mark = plot::Mark::points,
                           .style = 0});
-  panel.series.push_back({.label = "dead band and gains",
-                          .x = {lowest_V, lower_V, upper_V, highest_V},
-                          .y = {-factor * sheet.gain_negative_in_per_V_s.value * (lower_V - lowest_V), 0.0, 0.0,
-                                factor * sheet.gain_positive_in_per_V_s.value * (highest_V - upper_V)},
-                          .mark = plot::Mark::line,
-                          .style = 1});
+  // What leaks adds to the valve's flow.
+  const double creep = sheet.creep_in_per_s ? sheet.creep_in_per_s->value : 0.0;
+  panel.series.push_back(
+      {.label = "dead band, gains and drift",
+       .x = {lowest_V, lower_V, upper_V, highest_V},
+       .y = {factor * (creep - sheet.gain_negative_in_per_V_s.value * (lower_V - lowest_V)), factor * creep,
+             factor * creep, factor * (creep + sheet.gain_positive_in_per_V_s.value * (highest_V - upper_V))},
+       .mark = plot::Mark::line,
+       .style = 1});
   panel.shades.push_back({lower_V, upper_V});
   panel.rules.push_back({.at = sheet.null_V.value, .vertical = true});
   report::Item item{.heading = "Flow curve; the dead band is shaded, the null dashed"};
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = fmt::format("The rod stands from {:.3f} to {:.3f} V.", lower_V, upper_V);
   item.remark.good = "Points on the line on both sides, except just after a reversal, while the pressures settle.";
+  if (const std::string leak = leak_of(sheet, unit); !leak.empty()) {
+    item.remark.seen = fmt::format(
+        "The valve's dead band is from {:.3f} to {:.3f} V, but {}. The leak bends the points near the edges, where "
+        "they "
+        "lie beside the line.",
+        lower_V, upper_V, leak);
+    item.remark.good = "Points on the line on both sides, and at 0 within the dead band.";
+    item.remark.to_do =
+        "Repair the leak and measure again: no null makes this rod stand, and null and dead band are known the worse "
+        "for it.";
+    return item;
+  }
   item.remark.to_do = sheet.has_hysteresis
                           ? "Rising and falling command differ: clean or dither the valve if a controller needs less."
                       : is_in_rig_file(run) ? "Nothing: the rig file has these values already."
@@ -152,7 +167,7 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 }  // namespace
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
-  const std::string warning = warning_of(run);
+  const std::string warning = warning_of(run, unit);
   const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
                                        report::escaped(run.utc_start)) +
                            (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,8 @@ namespace eha::sheet {
 namespace {
 
 using ident::Measured;
+
+constexpr double kWantedNull_V = 0.03;  // of the following check, see FOLLOWING in eha-rig(5)
 
 std::string with_interval(const Measured& measured, double factor, int digits, const std::string& unit) {
   return fmt::format("{:.{}f} +- {:.{}f} {}", factor * measured.value, digits, factor * measured.half_width, digits,
@@ -77,13 +80,26 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   return text;
 }
 
-std::string warning_of(const RunSheet& run) {
-  constexpr double kWantedNull_V = 0.03;  // of the following check, see FOLLOWING in eha-rig(5)
-  if (!(run.sheet.null_V.half_width > kWantedNull_V)) return {};
+std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit) {
+  if (!sheet.creep_in_per_s) return {};
+  const double creep_in_per_s = sheet.creep_in_per_s->value;
+  const double gain =
+      creep_in_per_s > 0.0 ? sheet.gain_positive_in_per_V_s.value : sheet.gain_negative_in_per_V_s.value;
+  if (!(std::abs(creep_in_per_s) >= kWantedNull_V * gain)) return {};
   return fmt::format(
-      "the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "
+      "the rod creeps at {:.2g} {}/s within the dead band, as {:.2g} V of command would move it: oil leaks past the "
+      "piston or through the valve",
+      unit.factor("in") * std::abs(creep_in_per_s), unit.of("in"), std::abs(creep_in_per_s) / gain);
+}
+
+std::string warning_of(const RunSheet& run, const DisplayUnit& unit) {
+  std::string text = leak_of(run.sheet, unit);
+  if (!text.empty()) text += "; repair the leak and measure again";
+  if (!(run.sheet.null_V.half_width > kWantedNull_V)) return text;
+  return fmt::format(
+      "{}{}the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "
       "check may stop a sound rig; repair the seal or the sensor, or widen dead_band_V by as much",
-      run.sheet.null_V.half_width, kWantedNull_V);
+      text, text.empty() ? "" : "; ", run.sheet.null_V.half_width, kWantedNull_V);
 }
 
 }  // namespace eha::sheet

@@ -64,11 +64,28 @@ TEST(ValveSheetText, ClaimsHysteresisThatThereIs) {
 
 TEST(ValveSheetPage, WarnsOfANullThatIsHardlyKnown) {
   RunSheet run = example();
-  EXPECT_EQ(warning_of(run), "");
+  EXPECT_EQ(warning_of(run, DisplayUnit("in")), "");
   run.sheet.null_V.half_width = 0.072;
-  EXPECT_NE(warning_of(run).find("+-0.072 V only"), std::string::npos);
+  EXPECT_NE(warning_of(run, DisplayUnit("in")).find("+-0.072 V only"), std::string::npos);
   std::vector<std::string> missing;
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("repair the seal or the sensor"), std::string::npos);
+}
+
+TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
+  RunSheet run = example();
+  std::vector<std::string> missing;
+  run.sheet.creep_in_per_s = ident::Measured{0.0011, 0.0001};
+  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("in")), "");
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("The rod stands from"), std::string::npos);
+  run.sheet.creep_in_per_s = ident::Measured{-0.0171, 0.0001};
+  const std::string leak = "the rod creeps at 0.017 in/s within the dead band, as 0.14 V of command would move it";
+  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("in")).rfind(leak, 0), 0U) << leak_of(run.sheet, DisplayUnit("in"));
+  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("mm")).rfind("the rod creeps at 0.43 mm/s", 0), 0U);
+  EXPECT_NE(warning_of(run, DisplayUnit("in")).find("repair the leak"), std::string::npos);
+  const std::string html = sheet_page(run, DisplayUnit("in"), missing);
+  EXPECT_EQ(html.find("The rod stands from"), std::string::npos);
+  EXPECT_NE(html.find("but " + leak), std::string::npos);
+  EXPECT_EQ(html.find("Points on the line on both sides, except"), std::string::npos);
 }
 
 TEST(ValveSheetPage, BeginsWithItsQuantitiesAsATable) {
