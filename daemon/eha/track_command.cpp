@@ -27,6 +27,7 @@
 #include "daemon/record/run_header.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/sheet/run_sheet.hpp"
 #include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
@@ -80,6 +81,13 @@ std::string reference_text(const std::string& file) {
   return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
 }
 
+/// The sheet that a trial's controller was made with, or the newest one beside the trial; none without either.
+std::optional<ident::ValveSheet> sheet_of_trial(const std::filesystem::path& folder) {
+  if (auto sheet = sheet_of(track::played_track(folder).controller)) return sheet;
+  const auto run = newest_sheet_run(folder);
+  return run ? std::optional(sheet::sheet_of_run(*run).sheet) : std::nullopt;
+}
+
 }  // namespace
 
 tune::TrialTrace trace_of(const track::TrackResult& result) {
@@ -116,11 +124,21 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
   try {
     const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
-    console.info(changes.empty()
-                     ? "the promise is not kept"
-                     : "the promise is not kept: the valve is not the one that the controller was made for; "
-                       "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
-    if (files == TrackFiles::write) track::write_ended_track(folder);
+    const std::optional<ident::ValveSheet> sheet = sheet_of_trial(folder);
+    const auto leak_in = [&](const DisplayUnit& unit) { return sheet ? sheet::leak_of(*sheet, unit) : std::string(); };
+    if (const std::string leak = leak_in(console.unit(rig_units)); !leak.empty()) {
+      console.info(
+          fmt::format("the promise is not kept; by the valve sheet {}. That moves null and dead band of the moving "
+                      "rod, and another "
+                      "sheet or controller does not mend it: repair the leak, then eha characterise and eha tune",
+                      leak));
+    } else {
+      console.info(changes.empty()
+                       ? "the promise is not kept"
+                       : "the promise is not kept: the valve is not the one that the controller was made for; "
+                         "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
+    }
+    if (files == TrackFiles::write) track::write_ended_track(folder, leak_in(DisplayUnit("in")));
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }

@@ -72,16 +72,16 @@ identify::FitTable track_table(const fs::path& path) {
 }
 
 /// What a trial that ended early showed of the valve; empty where the file does not say.
-std::vector<std::string> changes_of_trial(const fs::path& path) {
+void read_ended_trial(const fs::path& path, Subject& subject) {
   std::error_code ignored;
-  if (!fs::exists(path, ignored)) return {};
+  if (!fs::exists(path, ignored)) return;
   const Json document = Json::parse(os::read_file(path), nullptr, false);
-  if (!document.is_object() || !document.value("ended_early", false)) return {};
-  std::vector<std::string> changes;
+  if (!document.is_object() || !document.value("ended_early", false)) return;
   for (const Json& change : document.value("changes", Json::array())) {
-    if (change.is_string()) changes.push_back(change.get<std::string>());
+    if (change.is_string()) subject.trial_changes.push_back(change.get<std::string>());
   }
-  return changes;
+  const auto leak = document.find("leak");
+  if (leak != document.end()) subject.trial_leak = text_of(*leak);
 }
 
 /// Key by which models of one grade are ranked, the least first: AR-BIC if every model has it, else the validation R2.
@@ -196,7 +196,7 @@ Subject load_run(const fs::path& folder) {
     for (const char* name : {kTrackRows, kTrackFile}) record::require_no_link(folder / name);
     try {
       subject.record = record::read_run(folder).record;
-      subject.trial_changes = changes_of_trial(folder / kTrackFile);
+      read_ended_trial(folder / kTrackFile, subject);
       if (const fs::path path = folder / kTrackRows; fs::exists(path, ignored)) subject.track = track_table(path);
     } catch (const DataError& error) {
       subject.notes.emplace_back(error.what());

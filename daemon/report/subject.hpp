@@ -42,6 +42,7 @@ struct Subject {
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv
   identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
   std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
+  std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
   std::vector<std::string> notes = {};          ///< files that should be there and are not
 
   /// The models of the pictures: the recommended one and its runner-up; without a recommendation the first two.

@@ -195,10 +195,17 @@ std::string without_models(const Subject& subject) {
   }
   const bool is_trial = subject.part("experiment", "track").is_string();
   if (!subject.trial_changes.empty()) {
-    html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes) +
-            paragraph(
-                "The promise is not kept: the valve is not the one that the controller was made for. `eha "
-                "characterise`, then `eha tune`.");
+    html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes);
+  }
+  if (!subject.trial_leak.empty()) {
+    html += paragraph(fmt::format(
+        "The promise is not kept. By the valve sheet {}. That moves null and dead band of the moving rod, and another "
+        "sheet or controller does not mend it: repair the leak, then `eha characterise` and `eha tune`.",
+        subject.trial_leak));
+  } else if (!subject.trial_changes.empty()) {
+    html += paragraph(
+        "The promise is not kept: the valve is not the one that the controller was made for. `eha characterise`, then "
+        "`eha tune`.");
   }
   if (outcome == "completed") {
     html += paragraph(

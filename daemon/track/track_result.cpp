@@ -449,12 +449,13 @@ void write_rows(const TrackResult& result) {
 
 }  // namespace
 
-void write_ended_track(const std::filesystem::path& folder) {
-  const nlohmann::ordered_json document{{"schema", "eha-track/1"},
-                                        {"run", folder.string()},
-                                        {"kept", false},
-                                        {"ended_early", true},
-                                        {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
+void write_ended_track(const std::filesystem::path& folder, const std::string& leak) {
+  nlohmann::ordered_json document{{"schema", "eha-track/1"},
+                                  {"run", folder.string()},
+                                  {"kept", false},
+                                  {"ended_early", true},
+                                  {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
+  if (!leak.empty()) document["leak"] = leak;
   os::write_file_atomically(folder / kTrackFile, document.dump(2) + "\n");
   write_rows(played_track(folder));
 }

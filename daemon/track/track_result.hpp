@@ -112,8 +112,8 @@ struct TrackResult {
 void write_track(const TrackResult& result);
 
 /// Writes track.json of a trial that ended early: not kept, and changes_until_fault(); and track.csv of what was
-/// played.
+/// played. @param leak  as sheet::leak_of() of the valve's sheet; empty: none
 /// @throws as changes_until_fault() and played_track()
-void write_ended_track(const std::filesystem::path& folder);
+void write_ended_track(const std::filesystem::path& folder, const std::string& leak = {});
 
 }  // namespace eha::track

@@ -81,7 +81,13 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   (*subject.manifest)["outcome"] = "faulted";
   (*subject.manifest)["experiment"]["track"] = "axis";
   subject.trial_changes = {"dead band 0.303 V instead of 0.151 V"};
-  EXPECT_NE(page_of(subject).html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
+  std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
+  EXPECT_NE(html.find("the valve is not the one that the controller was made for"), std::string::npos);
+  subject.trial_leak = "the rod creeps at 0.017 in/s within the dead band";
+  html = page_of(subject).html;
+  EXPECT_NE(html.find("By the valve sheet the rod creeps at 0.017 in/s"), std::string::npos);
+  EXPECT_EQ(html.find("the valve is not the one that the controller was made for"), std::string::npos);
 }
 
 TEST(Page, SaysWhyTheRunOfItsModelsEndedEarly) {

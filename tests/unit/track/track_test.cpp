@@ -178,7 +178,7 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const play::FinishedRun run = played(text_);
   EXPECT_EQ(run.report.outcome, Outcome::faulted);
   EXPECT_EQ(run.report.fault.fault, Fault::following_error) << acquisition::describe(run.report);
-  write_ended_track(run.folder);
+  write_ended_track(run.folder, "the rod creeps");
   const record::NumberTable rows = record::read_number_table(run.folder / kTrackRows);
   const TrackResult ended = played_track(run.folder);
   ASSERT_EQ(rows.rows(), ended.rows.rod_in.size());
@@ -189,6 +189,7 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const report::Subject subject = report::load_run(run.folder);
   ASSERT_EQ(subject.track.models.size(), 1U);
   EXPECT_EQ(subject.track.models[0].model, "reference");
+  EXPECT_EQ(subject.trial_leak, "the rod creeps");
   EXPECT_NE(report::page_of(subject).html.find("Rod, reference and command until the trial ended"), std::string::npos);
 }
 
