@@ -10,23 +10,16 @@
 #include "core/error.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/record/run_folder.hpp"
-#include "hal/backends/backend.hpp"
 #include "ident/estimation/fit_rows.hpp"
 
 namespace eha::cli {
 namespace {
 
-constexpr double kWarnedFrom = 0.05;
 constexpr double kSurelyEnough_rows = 1e6;
 /// Too small for an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
 
 }  // namespace
-
-double start_of(const config::RigConfig& rig) {
-  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
-  return hal::initial_displacement_in(rig.backend).value_or(middle_in);
-}
 
 nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
   return {{"lowest_in", rehearsal.lowest_in},
@@ -49,11 +42,11 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
     remedy = fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V);
   } else if (!is_small && rehearsal.offset_has_no_room) {
     remedy = "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])";
-    if (rehearsal.chance_of_trip < kWarnedFrom)
+    if (rehearsal.chance_of_trip < kWarnedChanceOfTrip)
       remedy += ", but it stays clear of the limits: it may be played as it is";
   }
   // The loop stops a rod early enough before a limit that it comes to rest there.
-  const bool may_trip = rehearsal.chance_of_trip >= kWarnedFrom;
+  const bool may_trip = rehearsal.chance_of_trip >= kWarnedChanceOfTrip;
   return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
                      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",
                      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"),
@@ -62,7 +55,7 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
 
 void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
                   const Console& console) {
-  if (!rehearsal || rehearsal->chance_of_trip < kWarnedFrom) return;
+  if (!rehearsal || rehearsal->chance_of_trip < kWarnedChanceOfTrip) return;
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
   const std::string remedy =

@@ -10,9 +10,6 @@
 
 namespace eha::cli {
 
-/// Assumed position of a rod that has not been read: the initial one of a simulated rig, otherwise mid-travel [in].
-[[nodiscard]] double start_of(const config::RigConfig& rig);
-
 /// Returns the least predicted distance to a travel limit that 95 % of the rehearsed rods keep [in]; negative beyond
 /// it.
 [[nodiscard]] std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig);

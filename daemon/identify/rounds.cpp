@@ -3,9 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <regex>
 
+#include "config/prepared_experiment.hpp"
+#include "config/rig_config.hpp"
 #include "core/error.hpp"
+#include "daemon/rehearsal/rehearsal.hpp"
 
 namespace eha::identify {
 namespace {
@@ -23,17 +29,109 @@ std::string with_number(const std::string& text, const std::string& key, int val
   return std::regex_replace(top, before, fmt::format("$1$2\n{} = {}", key, value)) + rest;
 }
 
+/// The rig of a run; none for a file.
+std::optional<config::RigConfig> rig_of(const Source& source) {
+  if (source.rig_text.empty()) return std::nullopt;
+  return config::parse_rig(source.rig_text, "the run's rig file");
+}
+
+config::PreparedExperiment prepared(const std::string& text, const config::RigConfig& rig) {
+  return config::parse_prepared_experiment(text, std::string(kNextExperimentFile), rig);
+}
+
+/// Rehearses an experiment on a rig. @returns none where it cannot be rehearsed
+std::optional<Rehearsal> rehearsed(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  return rehearse(experiment, rig, start_of(rig));
+}
+
+/// Whether the input stands still most of the time, as a step does.
+bool moves_rarely(const config::PreparedExperiment& experiment) {
+  constexpr int kFewMoves = 10;
+  int moves = 0;
+  bool was_moving = false;
+  for (Eigen::Index k = 1; k < experiment.table_V.size(); ++k) {
+    const bool is_moving = std::abs(experiment.table_V[k] - experiment.table_V[k - 1]) > 0.0;
+    if (is_moving && !was_moving) ++moves;
+    was_moving = is_moving;
+  }
+  return !was_moving && moves < kFewMoves;
+}
+
+bool passes(const std::optional<Rehearsal>& rehearsal) {
+  return !rehearsal || rehearsal->chance_of_trip < kWarnedChanceOfTrip;
+}
+
+/// Replaces [excitation] of an experiment by three tones of whole periods in its duration.
+/// @param share  of the amplitudes of the paper's tones
+std::string with_tones(const config::ExperimentConfig& experiment, double offset_V, double share) {
+  struct Tone {
+    double frequency_Hz, amplitude_V, phase_rad;
+  };
+  constexpr std::array<Tone, 3> kPaper{{{0.05, 1.9, 1.8}, {0.2, 1.6, 1.9}, {0.65, 1.5, 4.2}}};  // as paper.toml
+  std::string table = fmt::format("[excitation]\nkind = \"multisine\"\noffset_V = {:#}\ntones = [\n", offset_V);
+  double periods = 0.0;
+  for (const Tone& tone : kPaper) {
+    periods = std::max(periods + 1.0, std::round(tone.frequency_Hz * experiment.duration_s));
+    table += fmt::format("  {{ frequency_Hz = {:#}, amplitude_V = {:#}, phase_rad = {:#} }},\n",
+                         periods / experiment.duration_s, share * tone.amplitude_V, tone.phase_rad);
+  }
+  table += "]";
+  const std::size_t begin = experiment.text.find("[excitation]");
+  if (begin == std::string::npos) return {};
+  const std::size_t end = experiment.text.find("\n[", begin);
+  return experiment.text.substr(0, begin) + table + (end == std::string::npos ? "\n" : experiment.text.substr(end));
+}
+
+/// The greatest tones that the rehearsal lets pass; empty: none, or the rig cannot be rehearsed.
+std::string text_with_tones(const config::ExperimentConfig& experiment, const config::RigConfig& rig) {
+  if (!rig.limits.following) return {};
+  for (const double share : {1.0, 0.7, 0.5, 0.35, 0.25}) {
+    double offset_V = rig.limits.following->null_V;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      try {
+        const std::string text = with_tones(experiment, offset_V, share);
+        const auto rehearsal = rehearsed(prepared(text, rig), rig);
+        if (!rehearsal) return {};
+        if (attempt == 0 && rehearsal->still_offset_V) {
+          offset_V = *rehearsal->still_offset_V;
+          continue;
+        }
+        if (passes(rehearsal)) return text;
+      } catch (const Error&) {  // beyond the command or slew limits
+      }
+      break;
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<NextExperiment> longer_experiment(const Source& source) {
   if (!source.experiment || source.experiment->text.empty()) return {};
-  const int repetitions = 2 * source.experiment->repetitions;
+  const config::ExperimentConfig& experiment = *source.experiment;
+  const int repetitions = 2 * experiment.repetitions;
   if (repetitions > kMostRepetitions) return {};
-  NextExperiment next;
-  next.text = with_number(source.experiment->text, "repetitions", repetitions, "duration_s");
-  next.reason = fmt::format("{} repetitions instead of {} halve the part of each estimate's variance that noise causes",
-                            repetitions, source.experiment->repetitions);
+  const auto doubled = [&](const std::string& text) {
+    return with_number(text, "repetitions", repetitions, "duration_s");
+  };
+  NextExperiment next{
+      .text = doubled(experiment.text),
+      .reason = fmt::format("{} repetitions instead of {} halve the part of each estimate's variance that noise causes",
+                            repetitions, experiment.repetitions)};
   try {
+    const std::optional<config::RigConfig> rig = rig_of(source);
+    const auto same = rig ? std::optional(prepared(next.text, *rig)) : std::nullopt;
+    const bool is_allowed = !same || passes(rehearsed(*same, *rig));
+    if (same && (!is_allowed || moves_rarely(*same))) {
+      config::ExperimentConfig longer = experiment;
+      longer.text = next.text;
+      next.text = text_with_tones(longer, *rig);
+      if (next.text.empty()) return {};
+      next.reason = fmt::format(
+          "a multisine moves the input all the time, and in the rehearsal it stays clear of the rig's limits{}",
+          is_allowed ? "" : ", which the same experiment with more repetitions does not");
+    }
     const auto read = config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);
     if (read.repetitions != repetitions) return {};
   } catch (const Error&) {

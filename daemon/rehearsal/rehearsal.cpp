@@ -8,6 +8,7 @@
 #include "config/hold_law.hpp"
 #include "config/stopping_distance.hpp"
 #include "config/valve_estimate.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
 namespace eha {
@@ -140,6 +141,11 @@ std::optional<double> offset_that_helps(const config::PreparedExperiment& experi
 }
 
 }  // namespace
+
+double start_of(const config::RigConfig& rig) {
+  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
+  return hal::initial_displacement_in(rig.backend).value_or(middle_in);
+}
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                                   double start_in, std::uint64_t seed) {

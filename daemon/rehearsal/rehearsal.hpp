@@ -13,6 +13,12 @@ namespace eha {
 /// Probability of a trip above which an experiment is not played unless its user accepts the risk.
 inline constexpr double kRefusedChanceOfTrip = 0.5;
 
+/// Probability of a trip from which on a rehearsed experiment is warned of.
+inline constexpr double kWarnedChanceOfTrip = 0.05;
+
+/// Assumed position of a rod that has not been read: the initial one of a simulated rig, otherwise mid-travel [in].
+[[nodiscard]] double start_of(const config::RigConfig& rig);
+
 /// Predicted motion of an integrating rod in an experiment, by the valve in [following].
 struct Rehearsal {
   double lowest_in = 0.0;       ///< 95 % of the draws stay above it [in]

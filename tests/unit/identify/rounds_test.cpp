@@ -11,6 +11,7 @@
 #include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/improved_experiment.hpp"
+#include "daemon/rehearsal/rehearsal.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
 #include "tests/unit/identify/twin_source.hpp"
@@ -73,6 +74,29 @@ TEST(LongerExperiment, DoublesTheRepetitionsAndKeepsTheRest) {
   const auto six = longer_experiment(source_with(three));
   ASSERT_TRUE(six);
   EXPECT_NE(six->text.find("\nrepetitions = 6  # times\n"), std::string::npos) << six->text;
+}
+
+TEST(LongerExperiment, IsAMultisineThatTheRehearsalPassesInPlaceOfAStep) {
+  const std::string step =
+      "schema = 1\nname = \"step\"\nduration_s = 20.0\n[excitation]\nkind = \"step\"\namplitude_V = 0.5\nhold_s = "
+      "2.0\n[record]\ndecimation = 10\n";
+  Source source = source_with(step);
+  source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  const auto next = longer_experiment(source);
+  ASSERT_TRUE(next);
+  EXPECT_NE(next->text.find("kind = \"multisine\""), std::string::npos) << next->text;
+  EXPECT_NE(next->text.find("\n[record]\ndecimation = 10\n"), std::string::npos) << next->text;
+  EXPECT_EQ(next->reason.rfind("a multisine moves the input all the time", 0), 0U) << next->reason;
+  const config::RigConfig rig = config::parse_rig(source.rig_text, "rig.toml");
+  const auto prepared = config::parse_prepared_experiment(next->text, "next.toml", rig);
+  EXPECT_EQ(prepared.config.repetitions, 2);
+  const auto rehearsal = rehearse(prepared, rig, start_of(rig));
+  ASSERT_TRUE(rehearsal);
+  EXPECT_LT(rehearsal->chance_of_trip, kWarnedChanceOfTrip);
+  // A rod of little travel has no room for the tones.
+  const std::string travel = "travel_min_in = 0.15";
+  source.rig_text.replace(source.rig_text.find(travel), travel.size(), "travel_min_in = 2.90");
+  EXPECT_FALSE(longer_experiment(source));
 }
 
 TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {
