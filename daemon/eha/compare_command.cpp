@@ -37,7 +37,8 @@ Runs (or other records): fits one integer-order model behind a valve map to each
 criteria. Shows the changes from the first run to each other one with joint intervals: at most 1 % false alarms for all
 parameters and runs together.
 Models and one record: scores each model on the record and fits its structure to it (refit). A model is of another plant,
-whatever its R2, if its parameters differ from the refit's and its error is more than 1.5 times the refit's.
+whatever its R2, if its parameters differ from the refit's and its error is more than 1.5 times the refit's. The report
+draws the record with each model's output and error.
 Models alone: compares their parameters.
 -o FILE.html writes a before/after report: what changed, both records and errors over time, Bode plots over one another;
 .svg, .png or .pdf draws the Bode plots alone.
@@ -138,6 +139,8 @@ identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit&
     score->error_max *= factor;
   }
   scored.rms_error *= factor;
+  scored.output.measured *= factor;
+  scored.output.simulated *= factor;
   scored.refit_rms_error *= factor;
   if (scored.change) scored.change = in_output_unit(*scored.change, factor);
   return scored;
@@ -283,10 +286,24 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
     out.models.emplace_back(titles[i], &models[i]);
-    out.subjects.push_back({.label = titles[i], .model = models[i]});
+    out.subjects.push_back({.label = titles[i],
+                            .model = models[i],
+                            .time_s = one.output.time_s,
+                            .measured = one.output.measured,
+                            .simulated = one.output.simulated});
     out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", titles[i],
                                                  best.r2_percent, one.rms_error, models[i].output_unit,
                                                  plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
+    if (one.of_another_plant) {
+      out.findings.sentences.back() +=
+          fmt::format(": its error is {:.1f} times that of its structure fitted to the record",
+                      one.rms_error / one.refit_rms_error);
+      add_changes(out.findings.sentences, titles[i], *one.change, models[i], Shows::change);
+    }
+    if (!one.cannot_tell.empty()) {
+      out.findings.sentences.push_back(
+          fmt::format("{}: cannot tell whether it is of this plant: {}", titles[i], one.cannot_tell));
+    }
     rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
                     fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
                     fmt::format("{:.3g}", one.rms_error),
@@ -317,6 +334,15 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
   out.findings.heading = fmt::format("{} of {} models are of another plant", of_another, scored.size());
   out.findings.is_alike = of_another == 0;
+  out.findings.is_one_record = true;
+  if (of_another > 0) {
+    out.findings.to_do =
+        "Use no model of another plant for this record: fit one to it (eha fit), or look for what changed since the "
+        "model's own record. A null or dead band that moved is the valve's or a leak's (eha characterise), a gain the "
+        "supply pressure's, the valve's or a leak's.";
+  } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
+    out.findings.to_do = "Nothing: take the model of the least error.";
+  }
   out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
   out.text += text_table({{"model"},
                           {"R2 %", Align::right},

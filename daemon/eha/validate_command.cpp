@@ -102,6 +102,12 @@ void note_other_step(const ident::Model& model, const ValidateCommand& command, 
   }
 }
 
+/// Whether a file needs no option to be read, as `eha compare` has none.
+bool is_read_as_it_is(const importer::Options& o) {
+  return !o.time && !o.input && !o.output && !o.delimiter && !o.decimal && !o.thousands && !o.period_s && !o.from_s &&
+         !o.to_s && !o.resample;
+}
+
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
   identify::Source source =
@@ -178,14 +184,14 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   console.print(text);
   if (!model.verdict->accepted) {
-    // The record has a model of its own, or should have one.
-    const std::string fit = "eha fit " + shell_word(command.source);
+    // The record's own report does not show this model.
+    if (source.run_folder || is_read_as_it_is(command.import)) {
+      console.next_step(fmt::format("eha compare {} {} -o comparison.html", shell_word(command.model_file),
+                                    shell_word(command.source)));
+    }
     const std::string record = record_of(model);
-    const bool has_run = record::is_run_folder(record);
-    if (scored_here.of_another_plant && source.run_folder && has_run) {
+    if (scored_here.of_another_plant && source.run_folder && record::is_run_folder(record)) {
       console.next_step(fmt::format("eha compare {} {}", shell_word(record), shell_word(command.source)));
-    } else if (source.run_folder) {
-      console.next_step(report_of_run(*source.run_folder, fit));
     }
     return ExitCode::model_rejected;
   }

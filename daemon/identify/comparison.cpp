@@ -220,6 +220,7 @@ ScoredModel scored(const ident::Model& model, const Source& source, const ident:
                    const ident::FitProgress& progress) {
   ScoredModel one;
   one.validation = ident::validate(model, source.record, options);
+  one.output = ident::output_of(model, source.record, options);
   one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
   compare_with_refit(one, model, source, options, level, progress);
   return one;

@@ -59,6 +59,7 @@ struct RunComparison {
 struct ScoredModel {
   ident::ValidationReport validation;
   double rms_error = 0.0;  ///< offset estimated again [output unit]
+  ident::OutputOfModel output = {};
   /// The model's structure fitted to the record; none if the program does not have the structure.
   std::optional<ident::FitResult> refit;
   double refit_rms_error = 0.0;

@@ -145,6 +145,30 @@ double rms(const Eigen::VectorXd& values) {
   return std::sqrt(values.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, values.size())));
 }
 
+/// The record, each model's output over it, and its error.
+Item models_on_record_item(const std::vector<ComparedSubject>& subjects) {
+  const ComparedSubject& first = subjects.front();
+  if (first.time_s.size() == 0) return {};
+  const std::string& unit = first.model.output_unit;
+  Item item{.heading = "Measured output, the models on it, and their errors"};
+  plot::Panel output{.x_label = "", .y_label = axis_label({"output", unit})};
+  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error", unit})};
+  output.series.push_back(curve_of(first.time_s, first.measured, "measured", 0));
+  int style = 1;
+  for (const ComparedSubject& subject : subjects) {
+    const Eigen::VectorXd left = subject.measured - subject.simulated;
+    output.series.push_back(curve_of(subject.time_s, subject.simulated, subject.label, style));
+    error.series.push_back(curve_of(subject.time_s, left, "error of " + subject.label, style));
+    item.remark.seen += fmt::format("RMS error of {}: {:.3g} {}, at most {:.3g} {}. ", subject.label, rms(left), unit,
+                                    left.cwiseAbs().maxCoeff(), unit);
+    ++style;
+  }
+  item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};
+  item.remark.good = "Lines that cover the measured one, and an error without slope or the input's oscillation.";
+  item.remark.to_do = "An error that begins at one time has its cause there; one that grows all along is the model's.";
+  return item;
+}
+
 Item records_item(const std::vector<ComparedSubject>& subjects) {
   const std::string& unit = subjects.front().model.output_unit;
   plot::Panel output{.x_label = "", .y_label = axis_label({"measured", unit})};
@@ -293,6 +317,7 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
     const std::string& text = parameters.items.back().remark.to_do;
     if (!text.empty() && std::find(to_do.begin(), to_do.end(), text) == to_do.end()) to_do.push_back(text);
   }
+  if (!findings.to_do.empty()) to_do.push_back(findings.to_do);
   // The same advice for several runs is given once, and for one run beside its plot too.
   const std::string advice = to_do.size() == 1 ? paragraph("To do: " + to_do.front()) : std::string();
   const std::string lead =
@@ -303,7 +328,8 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
     models.items.push_back({.heading = subject.label, .html = equation(subject.model)});
   }
   Section time{.title = "Over time"};
-  if (Item item = records_item(subjects); item.figure) time.items.push_back(std::move(item));
+  if (Item item = findings.is_one_record ? models_on_record_item(subjects) : records_item(subjects); item.figure)
+    time.items.push_back(std::move(item));
   Section frequency{.title = "Frequency response"};
   frequency.items.push_back(bode_item(subjects));
   const std::vector<ident::Model> named = labelled(subjects);
@@ -311,6 +337,9 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
   if (auto item = valve_item(named)) valve.items.push_back(std::move(*item));
   Section step{.title = "Step response"};
   if (auto item = step_item(named)) step.items.push_back(std::move(*item));
+  if (findings.is_one_record) {
+    return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models});
+  }
   return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models});
 }
 

@@ -46,7 +46,9 @@ struct ComparisonFindings {
   std::string title;    ///< "Comparison of before and after"
   std::string heading;  ///< "The plant has changed"
   bool is_alike = false;
+  bool is_one_record = false;  ///< models on one record, whose output is drawn once
   std::vector<std::string> sentences = {};
+  std::string to_do = {};  ///< beside that of the changes; empty: nothing to say
 };
 
 /// Returns distinct short names of runs, records and model files: a run's folder, a file's name without its ending,

@@ -133,6 +133,21 @@ FitResult fit_from(const PreparedRecord& prepared, const StructureOptions& asked
   return result;
 }
 
+/// All rows of a record after the discarded ones, as they are compared.
+Comparison whole_comparison(const Record& record, const FitOptions& options) {
+  check_record(record, options);
+  const std::size_t discard = discarded_rows(options.discard_s, record.step_s);
+  const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
+                                              static_cast<std::size_t>(options.decimation), discard);
+  if (comparison.count < 2) throw DataError("record: too few rows are left to score the model on");
+  return comparison;
+}
+
+Model without_past(Model model) {
+  model.past_input.clear();  // it was that of another record
+  return model;
+}
+
 }  // namespace
 
 FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, const FitOptions& options,
@@ -168,16 +183,23 @@ FitResult fit(const Record& record, const StructureOptions& wanted, const FitOpt
 }
 
 ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {
-  check_record(record, options);
+  const Comparison comparison = whole_comparison(record, options);
   FitResult result;
-  result.model = model;
-  result.model.past_input.clear();  // it was that of another record
-  const std::size_t discard = discarded_rows(options.discard_s, record.step_s);
-  const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()),
-                                              static_cast<std::size_t>(options.decimation), discard);
-  if (comparison.count < 2) throw DataError("record: too few rows are left to score the model on");
+  result.model = without_past(model);
   fill_validation(result, record, comparison, Effects::include);
   return *result.model.validation;
+}
+
+OutputOfModel output_of(const Model& model, const Record& record, const FitOptions& options) {
+  const Comparison comparison = whole_comparison(record, options);
+  OutputOnRecord outputs(record, comparison);
+  const Model scored = without_past(model);
+  const ModelOutput output = outputs.of(scored);
+  OutputOfModel of{.time_s = row_times(record, comparison.first, comparison.every, comparison.count),
+                   .measured = picked(record.output, comparison),
+                   .simulated = {}};
+  of.simulated = output.total(with_offset_fitted(scored, output, of.measured));
+  return of;
 }
 
 }  // namespace eha::ident

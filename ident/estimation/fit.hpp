@@ -65,4 +65,14 @@ using FitProgress = std::function<void(double share, const std::string& structur
 /// stored in `score` and estimated anew in `offset_reestimated`.
 [[nodiscard]] ValidationReport validate(const Model& model, const Record& record, const FitOptions& options);
 
+/// The compared rows of a record beside a model's output, of one length.
+struct OutputOfModel {
+  Eigen::VectorXd time_s;
+  Eigen::VectorXd measured;   ///< [output unit]
+  Eigen::VectorXd simulated;  ///< initial_output and initial_state estimated anew [output unit]
+};
+
+/// Simulates a model on a record as validate() does. @throws as validate()
+[[nodiscard]] OutputOfModel output_of(const Model& model, const Record& record, const FitOptions& options);
+
 }  // namespace eha::ident

@@ -278,7 +278,7 @@ class Reasons {
     return fmt::format(
         "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}.", c.parameter,
         c.value, c.limit,
-        is_named ? "cut as said above, and fit again" : "look at the error over time in the report, and " + remedy());
+        is_named ? "cut as said above, and fit again" : "look at the error over time, and " + remedy());
   }
 
   /// One width, the greater of the interval's and the one that the standard error gives.

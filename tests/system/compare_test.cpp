@@ -93,6 +93,14 @@ TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
   const json model = json::parse(there.out).at("models").at(0);
   EXPECT_EQ(model.at("plant"), "another") << there.out;
   EXPECT_GT(model.at("r2_reestimated_percent").get<double>(), 95.0);
+  const Ended shown = run_eha({"compare", "m/io_valve.json", after_, "-o", "there.html"}, folder_->path());
+  ASSERT_EQ(shown.code, 0) << shown.err;
+  const std::string html = content_of(folder_->path() / "there.html");
+  const std::string box = html.substr(0, html.find("</section>"));
+  EXPECT_NE(box.find("its error is "), std::string::npos) << box;
+  EXPECT_NE(box.find("dead_band moved by 0.0"), std::string::npos) << box;
+  EXPECT_NE(box.find("To do: Use no model of another plant"), std::string::npos) << box;
+  EXPECT_NE(html.find("Measured output, the models on it, and their errors"), std::string::npos);
 }
 
 TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
@@ -114,6 +122,10 @@ TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   EXPECT_NE(there.out.find("It is a model of another plant, or the plant has changed"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("dead_band moved by 0.0"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("R2 99."), std::string::npos) << "a good score does not hide it\n" << there.out;
+  EXPECT_NE(there.out.find("Next: eha compare v/integrator_lag_valve.json " + after_ + " -o comparison.html"),
+            std::string::npos)
+      << there.out;
+  EXPECT_EQ(there.out.find("xdg-open"), std::string::npos) << "that report does not show the model";
 }
 
 TEST_F(TwoRuns, CompareTakesTheInputOfAFileAsStraight) {

@@ -113,7 +113,7 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "The search found no best parameters: after 20 evaluations it ended with \"evaluation limit\"; fit a simpler "
           "model, or record longer.",
           "The model does not follow the record: the validation R2 of 85.12 % is below the limit of 90 %; look at the "
-          "error over time in the report, and try "
+          "error over time, and try "
           "the valve map (--input-map valve).",
           "The model is too far off at one place: the greatest validation error of 0.75 in is above the limit of 0.5 "
           "in; look there in the report, and cut a disturbance with --from or --to.",
