@@ -10,6 +10,7 @@
 #include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/track_text.hpp"
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
@@ -83,9 +84,23 @@ std::string reference_text(const std::string& file) {
 
 /// The sheet that a trial's controller was made with, or the newest one beside the trial; none without either.
 std::optional<ident::ValveSheet> sheet_of_trial(const std::filesystem::path& folder) {
-  if (auto sheet = sheet_of(track::played_track(folder).controller)) return sheet;
-  const auto run = newest_sheet_run(folder);
-  return run ? std::optional(sheet::sheet_of_run(*run).sheet) : std::nullopt;
+  try {
+    if (auto sheet = sheet_of(track::played_track(folder).controller)) return sheet;
+    const auto run = newest_sheet_run(folder);
+    return run ? std::optional(sheet::sheet_of_run(*run).sheet) : std::nullopt;
+  } catch (const Error&) {  // nothing was recorded, or the run of the sheet may not be read
+    return std::nullopt;
+  }
+}
+
+/// Says what a leak on the valve's sheet has to do with a promise that is not kept; empty without one.
+std::string leak_sentence(const std::optional<ident::ValveSheet>& sheet, const DisplayUnit& unit) {
+  const std::string leak = sheet ? sheet::leak_of(*sheet, unit) : std::string();
+  if (leak.empty()) return {};
+  return fmt::format(
+      "by the valve sheet {}. That moves null and dead band of the moving rod, and another sheet or controller does "
+      "not mend it: repair the leak, then eha characterise and eha tune",
+      leak);
 }
 
 }  // namespace
@@ -125,20 +140,17 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
     const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
     const std::optional<ident::ValveSheet> sheet = sheet_of_trial(folder);
-    const auto leak_in = [&](const DisplayUnit& unit) { return sheet ? sheet::leak_of(*sheet, unit) : std::string(); };
-    if (const std::string leak = leak_in(console.unit(rig_units)); !leak.empty()) {
-      console.info(
-          fmt::format("the promise is not kept; by the valve sheet {}. That moves null and dead band of the moving "
-                      "rod, and another "
-                      "sheet or controller does not mend it: repair the leak, then eha characterise and eha tune",
-                      leak));
+    if (const std::string leak = leak_sentence(sheet, console.unit(rig_units)); !leak.empty()) {
+      console.info("the promise is not kept; " + leak);
     } else {
       console.info(changes.empty()
                        ? "the promise is not kept"
                        : "the promise is not kept: the valve is not the one that the controller was made for; "
                          "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
     }
-    if (files == TrackFiles::write) track::write_ended_track(folder, leak_in(DisplayUnit("in")));
+    if (files == TrackFiles::write) {
+      track::write_ended_track(folder, sheet ? sheet::leak_of(*sheet, DisplayUnit("in")) : std::string());
+    }
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }
@@ -164,6 +176,9 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
   document["exit_code"] = static_cast<int>(code);
   console.print_json(document);
   console.print(track::track_text(result, unit));
+  if (!result.is_kept()) {
+    if (const std::string leak = leak_sentence(sheet_of_trial(folder), unit); !leak.empty()) console.info(leak);
+  }
   if (wanted == TrackFiles::write) {
     console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
   }
