@@ -9,9 +9,16 @@ namespace {
 
 // Pinned by dead_sensor_campaign_test.cpp.
 constexpr double kFirstShare = 0.02;  ///< of half the command range
+constexpr double kFirst_V = 0.1;      ///< at most
 constexpr double kGrowth = 1.5;
 constexpr double kSlopeShare_per_s = 4.0;  ///< of half the command range
+constexpr double kSlope_V_per_s = 20.0;    ///< at most
+constexpr double kMost_V = 1.5;
 constexpr double kHold_s = 0.06;
+// What a rod may move by grows with the volt-seconds, whatever the slew limit, the range and the tick are.
+constexpr double kMost_Vs = kMost_V * (kMost_V / kSlope_V_per_s + kHold_s);  ///< of a pulse
+constexpr double kMostSum_Vs = 0.3;  ///< of the pulses before the rod is seen, those the other way taken off
+constexpr double kUsualTick_s = 0.001;
 constexpr double kReturnShare = 0.5;  ///< of the pulse's area
 constexpr int kRefinements = 2;
 constexpr double kMean_s = 0.2;
@@ -26,30 +33,40 @@ constexpr double kDeviations = 6.0;
 
 Probe::Probe(const config::RigLimits& limits, double most_V, double period_s) noexcept
     : half_range_V_(0.5 * (limits.command_max_V - limits.command_min_V)),
-      most_V_(most_V),
-      slope_V_per_s_(std::min(limits.slew_V_per_s, kSlopeShare_per_s * half_range_V_)),
+      most_V_(std::min(most_V, kMost_V)),
+      full_slope_V_per_s_(std::min(kSlopeShare_per_s * half_range_V_, kSlope_V_per_s)),
+      slope_V_per_s_(std::min(limits.slew_V_per_s, full_slope_V_per_s_)),
       period_s_(period_s) {}
 
 void Probe::begin(double direction) noexcept {
   direction_ = direction;
   result_ = Result::none;
-  forward_V_ = std::min(kFirstShare * half_range_V_, most_V_);
+  size_V_ = std::min({kFirstShare * half_range_V_, kFirst_V, most_V_});
   is_return_ = false;
+  seen_size_V_ = 0.0;
   seen_V_ = 0.0;
-  unseen_V_ = 0.0;
+  unseen_size_V_ = 0.0;
   refinements_ = 0;
+  sum_Vs_ = 0.0;
   has_last_ = false;
   begin_pulse();
 }
 
 void Probe::begin_pulse() noexcept {
-  const bool is_last = forward_V_ >= most_V_;
-  hold_s_ = is_last ? kHold_s : 0.0;
-  amplitude_V_ = forward_V_;
+  double area_Vs = size_V_ * size_V_ / full_slope_V_per_s_;
+  if (size_V_ >= most_V_) area_Vs += kHold_s * size_V_;
+  area_Vs = std::min(area_Vs, kMost_Vs);
   if (is_return_) {
-    amplitude_V_ *= std::sqrt(kReturnShare);
-    hold_s_ *= std::sqrt(kReturnShare);
+    area_Vs *= kReturnShare;
+  } else if (seen_size_V_ <= 0.0) {
+    area_Vs = std::clamp(kMostSum_Vs - sum_Vs_, 0.0, area_Vs);
   }
+  // The greatest peak of this area: peak^2 / slope + late peak = area, as the peak stands for a tick.
+  const double late_s = std::max(0.0, period_s_ - kUsualTick_s);
+  const double half_V = 0.5 * slope_V_per_s_ * late_s;
+  const double most_V = is_return_ ? most_V_ * std::sqrt(kReturnShare) : most_V_;
+  peak_V_ = std::min(most_V, std::sqrt(half_V * half_V + slope_V_per_s_ * area_Vs) - half_V);
+  hold_s_ = peak_V_ > 0.0 ? std::max(0.0, area_Vs / peak_V_ - peak_V_ / slope_V_per_s_ - late_s) : 0.0;
   enter(Phase::before);
 }
 
@@ -125,12 +142,13 @@ void Probe::drive() noexcept {
   if (std::abs(filtered_in_ - second_in_) > enough_in) is_falling_ = true;
   if (is_falling_) {
     offset_V_ = std::max(0.0, offset_V_ - step_V);
-  } else if (offset_V_ < amplitude_V_) {
-    offset_V_ = std::min(amplitude_V_, offset_V_ + step_V);
+  } else if (offset_V_ < peak_V_) {
+    offset_V_ = std::min(peak_V_, offset_V_ + step_V);
   } else {
     held_s_ += period_s_;
     is_falling_ = held_s_ >= hold_s_;
   }
+  sum_Vs_ += (is_return_ ? -period_s_ : period_s_) * offset_V_;
   if (!is_falling_ || offset_V_ > 0.0) return;
   pulse_s_ = phase_s_;
   enter(Phase::settling);
@@ -143,31 +161,32 @@ void Probe::judge() noexcept {
   if (moved_in_ < -2.0 * least) {
     result_ = Result::backwards;
   } else if (!is_return_ && moved_in_ >= least) {
-    seen_V_ = forward_V_;
+    seen_size_V_ = size_V_;
+    seen_V_ = peak_V_;
     refine();
-  } else if (seen_V_ > 0.0) {
-    unseen_V_ = forward_V_;
+  } else if (seen_size_V_ > 0.0) {
+    unseen_size_V_ = size_V_;
     refine();
   } else if (!is_return_) {
     is_return_ = true;
     begin_pulse();
-  } else if (forward_V_ >= most_V_) {
+  } else if (size_V_ >= most_V_) {
     result_ = Result::unseen;
   } else {
     is_return_ = false;
-    unseen_V_ = forward_V_;
-    forward_V_ = std::min(most_V_, kGrowth * forward_V_);
+    unseen_size_V_ = size_V_;
+    size_V_ = std::min(most_V_, kGrowth * size_V_);
     begin_pulse();
   }
 }
 
 void Probe::refine() noexcept {
-  if (refinements_ == kRefinements || unseen_V_ <= 0.0) {
+  if (refinements_ == kRefinements || unseen_size_V_ <= 0.0) {
     result_ = Result::seen;
     return;
   }
   ++refinements_;
-  forward_V_ = std::sqrt(seen_V_ * unseen_V_);
+  size_V_ = std::sqrt(seen_size_V_ * unseen_size_V_);
   begin_pulse();
 }
 

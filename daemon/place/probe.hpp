@@ -8,9 +8,11 @@
 namespace eha::place {
 
 /// Finds out whether the sensor shows the rod of an unknown valve move, by pulses of the command about the safe
-/// voltage. Each is a triangle of 4 half ranges a second (or the slew limit), greater by half than the one before, up
-/// to what an Explorer may command; the last is held for 0.06 s. After each comes one of half its area the other way:
-/// an unseen rod of 2 in/(V s) is moved by some tenths of an inch, and its mean motion is in the asked direction.
+/// voltage. Each is a triangle of 4 half ranges a second, at most 20 V/s, greater by half than the one before, up to
+/// what an Explorer may command, at most 1.5 V; the last is held for 0.06 s. Where the slew limit is lower, a pulse
+/// has a lower peak and the same volt-seconds. No pulse has more than 0.2025 V s, at any range, slew limit and tick.
+/// After each comes one of half its area the other way, and the sum of all is at most 0.3 V s before the rod is seen:
+/// an unseen rod of 2 in/(V s) is moved by some 0.6 in, and its mean motion is in the asked direction.
 /// Compared are the means of the readings in 0.2 s before and after a pulse, less the drift before it. A pulse ends
 /// when it moves the rod by 0.006 in. Once one is seen, two more halve the way to the greatest that was not.
 ///   seen       motion in the asked direction of at least 0.002 in and six of its standard deviations
@@ -33,7 +35,7 @@ class Probe {
 
   /// None while the pulses go on.
   [[nodiscard]] Result result() const noexcept { return result_; }
-  /// Of the least pulse that was seen [V].
+  /// Peak of the least pulse that was seen [V].
   [[nodiscard]] double seen_V() const noexcept { return seen_V_; }
   /// What the last pulse moved the rod by in its direction, and what would have been motion [in].
   [[nodiscard]] double moved_in() const noexcept { return moved_in_; }
@@ -51,22 +53,25 @@ class Probe {
 
   double half_range_V_;
   double most_V_;
+  double full_slope_V_per_s_;  ///< without the slew limit
   double slope_V_per_s_;
   double period_s_;
   double direction_ = 1.0;
   Result result_ = Result::none;
   Phase phase_ = Phase::before;
   double phase_s_ = 0.0;
-  double forward_V_ = 0.0;  ///< amplitude of the pulse in the asked direction
-  double seen_V_ = 0.0;     ///< the least amplitude that moved the rod; 0: none
-  double unseen_V_ = 0.0;   ///< the greatest below that did not
+  double size_V_ = 0.0;         ///< peak that the pulse in the asked direction had without the slew limit
+  double seen_size_V_ = 0.0;    ///< the least that moved the rod; 0: none
+  double seen_V_ = 0.0;         ///< its peak
+  double unseen_size_V_ = 0.0;  ///< the greatest below that did not
   int refinements_ = 0;
-  bool is_return_ = false;    ///< the pulse goes the other way
-  double amplitude_V_ = 0.0;  ///< of the pulse
+  bool is_return_ = false;  ///< the pulse goes the other way
+  double peak_V_ = 0.0;     ///< of the pulse
   double hold_s_ = 0.0;
   double offset_V_ = 0.0;  ///< in the direction of the pulse
   bool is_falling_ = false;
   double held_s_ = 0.0;
+  double sum_Vs_ = 0.0;  ///< of all pulses in the asked direction
   double sum_in_ = 0.0;  ///< of the phase
   std::size_t readings_ = 0;
   double first_in_ = 0.0;   ///< mean of `before`

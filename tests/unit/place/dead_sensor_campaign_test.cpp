@@ -61,16 +61,29 @@ std::string named(unsigned run, const Drawn& of_run, const Measured& result) {
       result.at_s, result.way_in, result.fastest_in_per_s, result.impact_in_per_s);
 }
 
-/// Runs a campaign; each run's failure is drawn by `at_tick`.
-template <class AtTick>
-Campaign played(int runs, AtTick at_tick) {
-  const config::RigConfig rig = unknown_rig();
+config::RigConfig of_the_sample(std::mt19937_64&) { return unknown_rig(); }
+
+/// Slew limits from the least that is armed, and a range of +-5 or +-10 V.
+config::RigConfig with_drawn_limits(std::mt19937_64& random) {
+  config::RigConfig rig = unknown_rig();
+  config::RigLimits& limits = rig.limits;
+  const double half_V = std::bernoulli_distribution(0.5)(random) ? 5.0 : 10.0;
+  limits.command_min_V = -half_V;
+  limits.command_max_V = half_V;
+  limits.slew_V_per_s = 0.5 * half_V * std::exp(std::uniform_real_distribution<double>(0.0, std::log(16.0))(random));
+  return rig;
+}
+
+/// Runs a campaign; each run's rig and failure are drawn.
+template <class RigOf, class AtTick>
+Campaign played(int runs, RigOf rig_of, AtTick at_tick) {
   const auto first = static_cast<unsigned>(number_of("EHA_CAMPAIGN_FIRST", 0));
   const bool says_each = std::getenv("EHA_CAMPAIGN_SAYS") != nullptr;
   Campaign campaign;
   for (unsigned run = first; run < first + static_cast<unsigned>(runs); ++run) {
     std::mt19937_64 random(90'000 + run);
     const Drawn of_run = right(run);
+    const config::RigConfig rig = rig_of(random);
     const hal::InjectedFault fault{.kind = hal::FaultKind::stuck_sensor,
                                    .first_tick = at_tick(random),
                                    .ticks = hal::InjectedFault::kAlways,
@@ -84,14 +97,25 @@ Campaign played(int runs, AtTick at_tick) {
 }
 
 TEST(DeadSensorCampaign, MovesTheRodLittleWhereTheSensorIsDeadFromTheStart) {
-  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), [](auto&) { return std::int64_t{1}; });
+  const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
+  const auto at_once = [](auto&) { return std::int64_t{1}; };
+  const Campaign campaign = played(runs, of_the_sample, at_once);
   campaign.print("dead from the start");
   EXPECT_EQ(campaign.hits, 0);
   EXPECT_LE(campaign.way_in, 0.8);
 }
 
+TEST(DeadSensorCampaign, MovesTheRodNoFartherWithAnotherSlewLimitOrRange) {
+  const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
+  const auto at_once = [](auto&) { return std::int64_t{1}; };
+  const Campaign campaign = played(runs, with_drawn_limits, at_once);
+  campaign.print("dead from the start, other limits");
+  EXPECT_EQ(campaign.hits, 0);
+  EXPECT_LE(campaign.way_in, 0.8);
+}
+
 TEST(DeadSensorCampaign, KeepsTheRodSlowWhereTheSensorFreezesOnTheWay) {
-  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), [](auto& random) {
+  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), of_the_sample, [](auto& random) {
     return std::uniform_int_distribution<std::int64_t>(1, 420'000)(random);
   });
   campaign.print("freezing on the way");

@@ -36,6 +36,29 @@ TEST(UnknownValve, IsHardlyMovedWhereTheSensorIsDeadFromTheStart) {
   }
 }
 
+TEST(UnknownValve, IsMovedNoFartherByPulsesOfALowSlewLimitOrAWideRange) {
+  for (const double half_range_V : {5.0, 10.0}) {
+    for (const double slew_V_per_s : {0.5 * half_range_V, 20.0}) {
+      config::RigConfig rig = unknown_rig();
+      rig.limits.command_min_V = -half_range_V;
+      rig.limits.command_max_V = half_range_V;
+      rig.limits.slew_V_per_s = slew_V_per_s;
+      const Measured result = measured(rod_of(2.0), rig, stuck_from(1));
+      EXPECT_EQ(result.fault, acquisition::Fault::no_motion) << half_range_V << " V, " << slew_V_per_s << " V/s";
+      EXPECT_LT(result.way_in, 0.65) << half_range_V << " V, " << slew_V_per_s << " V/s";
+    }
+  }
+}
+
+TEST(UnknownValve, IsFoundAtTheLeastSlewLimitThatIsArmed) {
+  config::RigConfig rig = unknown_rig();
+  rig.limits.slew_V_per_s = 2.5;
+  for (const double gain : {0.14, 1.0}) {
+    const Measured result = measured(rod_of(gain), rig);
+    EXPECT_TRUE(result.is_complete) << gain << ": " << acquisition::to_text(result.fault) << " at " << result.at_s;
+  }
+}
+
 TEST(UnknownValve, IsStoppedSoonWhereTheSensorFreezesWhileTheRodExplores) {
   for (const double gain : {0.2, 1.0}) {
     const Measured result = measured(rod_of(gain), unknown_rig(), stuck_from(40'000));
