@@ -59,8 +59,7 @@ void RigKeeper::open(const config::RigConfig& config) {
   opened_text_ = config.text;
   const hal::RigCapabilities& card = card_->rig().capabilities();
   rod_.begin(card);
-  spdlog::info("{}: open ({}, {}), at {} V with the hydraulics off", card.device, card.board, card.driver,
-               config.limits.safe_V);
+  spdlog::info("{}: open ({}, {}), {}", card.device, card.board, card.driver, rest_text(config));
   const ArmingFindings findings = arming_findings(config);
   for (const std::string& sentence : findings.refusals)
     spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);

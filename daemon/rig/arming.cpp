@@ -27,9 +27,11 @@ constexpr double kShortestSweep_s = 0.01;                       ///< of the whol
 constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, from the farthest command
 constexpr double kGreatestDeceleration_in_per_s2 = 10 * 386.1;  ///< ten times gravity
 constexpr double kGreatestSafeShare = 0.1;                      ///< of half the command range, from the valve's null
-constexpr double kGreatestUnswitchedShare = 0.02;               ///< the same without an enable line, valve unknown
+constexpr double kGreatestUnswitchedShare = 0.02;               ///< the same without an enable line, valve not measured
 /// Of the rod while the safe voltage stands with the hydraulics on, 0.1 s at each arming: what a placing promises.
 constexpr double kGreatestSafeSpeed_in_per_s = 0.3;
+/// The same without an enable line, where nothing watches the rod, by numbers that nothing shows to be measured.
+constexpr double kGreatestUnwatchedSpeed_in_per_s = 0.1;
 constexpr double kGreatestDeadBandShare = 0.3;    ///< of half the command range
 constexpr double kGreatestFollowingShare = 0.05;  ///< of the travel
 constexpr double kGreatestSpeedInDeadBand_in_per_s = 1.0;
@@ -148,7 +150,9 @@ double greatest_safe_V(const config::RigConfig& rig) {
   const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
   const double dead_band_V = limits.following ? limits.following->dead_band_V : 0.0;
   if (hal::switches_hydraulics(rig.backend)) return std::max(dead_band_V, kGreatestSafeShare * half_range_V);
-  return limits.following ? dead_band_V : kGreatestUnswitchedShare * half_range_V;
+  if (config::is_as_measured(rig)) return dead_band_V;
+  const double most_V = kGreatestUnswitchedShare * half_range_V;
+  return limits.following ? std::min(dead_band_V, most_V) : most_V;
 }
 
 /// Judges a safe voltage that drives the valve.
@@ -159,8 +163,16 @@ void judge_safe_V(const config::RigConfig& rig, std::vector<std::string>& refusa
   if (away_V <= most_V) {
     if (!rig.limits.following) return;
     const config::Following& following = *rig.limits.following;
-    const double speed = greatest_gain(following) * (away_V - following.dead_band_V);
-    if (speed <= kGreatestSafeSpeed_in_per_s) return;
+    const bool is_unwatched = !hal::switches_hydraulics(rig.backend) && !config::is_as_measured(rig);
+    const double speed = greatest_gain(following) * (away_V - (is_unwatched ? 0.0 : following.dead_band_V));
+    if (is_unwatched && speed > kGreatestUnwatchedSpeed_in_per_s) {
+      refusals.push_back(
+          fmt::format("limits.safe_V = {:g} V, {:.3g} V from the valve's null, moves the rod at {:.2g} in/s if the "
+                      "valve has no dead "
+                      "band, and no enable line switches the hydraulics off; set {:g}, the null",
+                      rig.limits.safe_V, away_V, speed, null_V));
+    }
+    if (is_unwatched || speed <= kGreatestSafeSpeed_in_per_s) return;
     refusals.push_back(fmt::format(
         "limits.safe_V = {:g} V, {:.3g} V from the valve's null, moves the rod at {:.2g} in/s whenever the hydraulics "
         "go on; set {:g}, the null",
@@ -285,10 +297,17 @@ std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig) {
     std::vector<std::string> lines;
     judge_sample(rig, lines);
     judge_safe_V(rig, lines);
+    if (rig.limits.following && !config::is_as_measured(rig)) judge_null(*rig.limits.following, lines);
     for (std::string& line : lines) line = fmt::format("{}: not opened: {}", rig.file_name, line);
     if (!lines.empty()) throw ConfigError(lines);
   }
   return hal::open(rig.backend, rig.limits.safe_V);
+}
+
+std::string rest_text(const config::RigConfig& rig) {
+  return fmt::format("at {} V {}", rig.limits.safe_V,
+                     hal::switches_hydraulics(rig.backend) ? "with the hydraulics off"
+                                                           : "without an enable line: the hydraulics stay on");
 }
 
 void require_protecting_limits(const config::RigConfig& rig) {

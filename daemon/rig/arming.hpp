@@ -25,10 +25,13 @@ struct ArmingFindings {
 [[nodiscard]] ArmingFindings arming_findings(const config::RigConfig& rig);
 
 /// Opens a rig, whose output is then at its safe voltage.
-/// @throws ConfigError  a machine without an enable line would move at that voltage, or its file is a sample: nothing
-///                      is put out
+/// @throws ConfigError  a machine without an enable line would move at that voltage, or might by a null that nothing
+///                      shows to be measured, or its file is a sample: nothing is put out
 /// @throws DeviceError, PermissionError, ConfigError  as hal::open
 [[nodiscard]] std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig);
+
+/// What an open rig is like while nothing drives it: "at 0 V with the hydraulics off".
+[[nodiscard]] std::string rest_text(const config::RigConfig& rig);
 
 /// @throws ConfigError  all refusals of arming_findings(), one a line
 void require_protecting_limits(const config::RigConfig& rig);

@@ -98,6 +98,48 @@ TEST(OpenAtRest, PutsOutNoVoltageThatDrivesAValveWhoseHydraulicsStayOn) {
   EXPECT_THROW(static_cast<void>(open_at_rest(switched)), DeviceError);
 }
 
+TEST(OpenAtRest, TrustsNoDeadBandOrNullOfAFileThatNothingShowsToBeMeasured) {
+  const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+  const auto valve = [](double null_V, double dead_band_V, double half_gain) {
+    return [=](config::RigConfig& rig) {
+      config::Following& following = *rig.limits.following;
+      following.null_V = null_V;
+      following.dead_band_V = dead_band_V;
+      following.gain_positive_in_per_V_s = half_gain;
+      following.gain_negative_in_per_V_s = half_gain;
+    };
+  };
+  const auto measured = [](const auto& change) {
+    return [=](config::RigConfig& rig) {
+      change(rig);
+      config::Following& following = *rig.limits.following;
+      following.measured_check = config::measured_check_of(following);
+      following.measured_rig_check = config::measured_rig_check_of(rig.backend);
+    };
+  };
+  const std::string opened = "/nonexistent/comedi0";
+  std::string text = opening(0.0, valve(0.4, 0.45, 0.07));
+  EXPECT_TRUE(contains(text, "set 0.4, within 0.1 V of the valve's null")) << text;
+  text = opening(0.4, valve(0.4, 0.45, 0.07));
+  EXPECT_TRUE(contains(text, opened.c_str())) << text;
+  text = opening(0.0, measured(valve(0.4, 0.45, 0.07)));
+  EXPECT_TRUE(contains(text, opened.c_str())) << text;
+  text = opening(0.0, valve(0.04, 0.02, 0.07));
+  EXPECT_TRUE(contains(text, "within 0.02 V")) << text;
+  text = opening(0.0, valve(0.09, 0.45, 0.6));
+  EXPECT_TRUE(contains(text, "moves the rod at 0.11 in/s if the valve has no dead band")) << text;
+  text = opening(0.4, valve(0.4, 0.45, 0.6));
+  EXPECT_TRUE(contains(text, "if the valve's null were -0.4 V")) << text;
+  EXPECT_EQ(text.find(opened), std::string::npos) << text;
+}
+
+TEST(OpenAtRest, SaysWhetherTheHydraulicsAreOff) {
+  config::RigConfig rig = card();
+  EXPECT_EQ(rest_text(rig), "at 0 V with the hydraulics off");
+  std::get<hal::ComediOptions>(rig.backend).enable.reset();
+  EXPECT_EQ(rest_text(rig), "at 0 V without an enable line: the hydraulics stay on");
+}
+
 TEST(Arming, RefusesEachShippedRigThatMovesAMachineBecauseItIsASample) {
   const std::string text = refusal([](auto& rig) { rig.is_sample = true; });
   EXPECT_NE(text.find("sample = true"), std::string::npos) << text;
