@@ -89,6 +89,8 @@ PlaceNow place_now_of_rig(const PlaceCommand& command) {
   const std::unique_ptr<hal::Rig> rig = open_at_rest(config);
   hal::RigReading reading;
   if (rig->read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
+  if (!std::isfinite(reading.displacement_in))
+    throw DeviceError("no reading: the sensor gives no number; eha doctor says more");
   return {reading.displacement_in, config.limits.travel_min_in, config.limits.travel_max_in, config.units};
 }
 

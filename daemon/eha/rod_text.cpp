@@ -57,6 +57,7 @@ std::string short_bar(double displacement, double lowest, double highest, int wi
     const double share = std::abs(2.0 * i / (width - 1) - 1.0);
     if (share > acquisition::kWarningShare) bar[static_cast<std::size_t>(i)] = '=';
   }
+  if (!std::isfinite(displacement)) return "[" + bar + "]";
   const double place = std::clamp((displacement - lowest) / (highest - lowest), 0.0, 1.0);
   bar[static_cast<std::size_t>(std::lround(place * (width - 1)))] = '#';
   return "[" + bar + "]";

@@ -34,6 +34,8 @@ std::optional<double> place_without_following(const DriveOptions& command) {
     if (open_at_rest(config)->read(0, reading) != hal::RigStatus::ok) {
       throw DeviceError("the rig cannot be read; eha doctor says more");
     }
+    if (!std::isfinite(reading.displacement_in))
+      throw DeviceError("no reading: the sensor gives no number; eha doctor says more");
     return reading.displacement_in;
   }
   control::Client client(command.socket);

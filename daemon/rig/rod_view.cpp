@@ -22,6 +22,9 @@ struct LinesOfRig {
 };
 
 Json rod_json(const config::RigLimits& limits, const hal::RigReading& reading, LinesOfRig has, double travel_share) {
+  if (!std::isfinite(reading.displacement_in) || !std::isfinite(reading.feedback_V)) {
+    return {{"error", "no reading: the sensor gives no number; eha doctor says more"}};
+  }
   return {{"displacement_in", reading.displacement_in},
           {"feedback_V", reading.feedback_V},
           {"feedback_code", reading.feedback_code},
@@ -71,7 +74,7 @@ Json RodView::describe(const config::RigLimits& limits) const {
   if (added_ == 0) return nullptr;
   Json rod = rod_json(limits, last_, {has_emergency_stop_, has_enable_contact_},
                       travel_share_at_rest(limits, last_.displacement_in));
-  if (const auto noise = noise_in()) rod["noise_in"] = *noise;
+  if (const auto noise = noise_in(); noise && rod.at("error").is_null()) rod["noise_in"] = *noise;
   return rod;
 }
 
@@ -90,6 +93,7 @@ std::optional<double> RodView::noise_in() const {
     const double change = positions_in_[newer] - positions_in_[older];
     sum += change * change;
   }
+  if (!std::isfinite(sum)) return std::nullopt;
   return std::sqrt(0.5 * sum / static_cast<double>(count - 1));
 }
 

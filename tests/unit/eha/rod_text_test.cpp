@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 namespace eha::cli {
@@ -30,6 +31,10 @@ TEST(TravelBar, MarksTheRodAndTheLastFifthTowardsEachLimit) {
   EXPECT_EQ(travel_bar(3.0, 0.0, 6.0), "0.000 [====----------------#----------------====] 6.000");
   EXPECT_EQ(travel_bar(0.0, 0.0, 6.0), "0.000 [#===---------------------------------====] 6.000");
   EXPECT_EQ(travel_bar(9.0, 0.0, 6.0), "0.000 [====---------------------------------===#] 6.000");
+}
+
+TEST(TravelBar, MarksNoRodThatHasNoPlace) {
+  EXPECT_EQ(travel_bar(std::nan(""), 0.0, 6.0), "0.000 [====---------------------------------====] 6.000");
 }
 
 TEST(RodText, ShowsPlaceSensorAndLines) {

@@ -38,6 +38,22 @@ TEST(RodView, IsNullBeforeTheFirstReadingAndSaysWhyTheRigCannotBeRead) {
   EXPECT_FALSE(rod.contains("displacement_in")) << "an old reading must not look like one of now";
 }
 
+TEST(RodView, SaysThatThereIsNoReadingWhereTheSensorGivesNoNumber) {
+  const config::RigLimits limits = limits_between(0.0, 6.0);
+  RodView view;
+  view.begin({});
+  const hal::RigReading none = reading_at(std::nan(""));
+  for (int i = 0; i < 20; ++i) view.add(none);
+  for (const auto& rod : {view.describe(limits), view.describe(limits, none, 0.0)}) {
+    EXPECT_NE(rod.at("error").get<std::string>().find("no reading"), std::string::npos) << rod;
+    EXPECT_FALSE(rod.contains("displacement_in")) << rod;
+  }
+  view.add(reading_at(2.0));
+  const auto rod = view.describe(limits);
+  EXPECT_DOUBLE_EQ(rod.at("displacement_in").get<double>(), 2.0);
+  EXPECT_TRUE(rod.at("noise_in").is_null()) << rod;
+}
+
 TEST(RodView, ShowsTheLastReadingAndOnlyLinesThatTheRigHas) {
   RodView view;
   hal::RigCapabilities rig;
