@@ -43,7 +43,10 @@ constexpr double kGreatestWayAtNull_in = 0.1;          ///< until the pressure h
 constexpr double kLongestPressureDelay_s = 3.0;
 constexpr double kGreatestGainRatio = 5.0;  ///< of one direction to the other, of a rod that no load moves
 constexpr double kLeastGainShare = 0.01;    ///< of the velocity limit, at half the command range
-constexpr double kLongestTick_s = 0.05;     ///< reaction time of every check
+/// Half of a gain [in/(V s)]. A number in another unit is 10 or 25.4 times too small, and lets a dead sensor pass:
+/// pinned by slip_campaign_test.cpp.
+constexpr double kLeastUnmeasuredGain_in_per_V_s = 0.05;
+constexpr double kLongestTick_s = 0.05;  ///< reaction time of every check
 /// The pulses for a valve that is not known: at 0.05 s they move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in.
 constexpr double kLongestTickOfPulses_s = 0.02;
 
@@ -135,6 +138,13 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
   const double least = kLeastGainShare * limits.velocity_limit_in_per_s / (2.0 * half_range_V);
   for (const auto& [key, half_gain] : {std::pair("gain_positive_in_per_V_s", following.gain_positive_in_per_V_s),
                                        std::pair("gain_negative_in_per_V_s", following.gain_negative_in_per_V_s)}) {
+    if (half_gain < kLeastUnmeasuredGain_in_per_V_s && !is_as_measured) {
+      refusals.push_back(fmt::format(
+          "following.{} = {:g} in/(V s) is less than {:g}, with which a dead sensor would show late; mm for "
+          "inches? If the rod is so slow, {}",
+          key, half_gain, kLeastUnmeasuredGain_in_per_V_s, kMeasureIt));
+      continue;
+    }
     if (half_gain >= least) continue;
     refusals.push_back(
         fmt::format("following.{} = {:g} in/(V s) reaches less than 1 % of limits.velocity_limit_in_per_s at half the "

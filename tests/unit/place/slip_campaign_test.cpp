@@ -276,6 +276,19 @@ TEST(SlipCampaign, KeepsAWrongSignOfTheNullSlow) {
   });
 }
 
+/// Both gains, one as the other: no ratio of them shows it.
+TEST(SlipCampaign, KeepsGainsInAnotherUnitSlow) {
+  keeps_slow(200'000, [](Drawn& rig, Random& random) {
+    const double factor = below(random, 2) == 0 ? 25.4 : 10.0;
+    config::Following& following = rig.following;
+    const double before = following.gain_positive_in_per_V_s;
+    following.gain_positive_in_per_V_s /= factor;
+    following.gain_negative_in_per_V_s /= factor;
+    return Slip{
+        .key = fmt::format("gains / {}", factor), .before = before, .after = following.gain_positive_in_per_V_s};
+  });
+}
+
 /// Half of the sensor's slope from a moment of a long way on: a cable of two in parallel, a supply that breaks down.
 TEST(SlipCampaign, FindsASlopeThatHalvesOnALongWay) {
   constexpr double kMostTime_s = 1.5;

@@ -183,6 +183,12 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
     f.gain_positive_in_per_V_s = 0.6;
     f.dead_band_uncertainty_V = uncertainty_V;
   };
+  const auto slow = [](Following& f, double positive, double negative) {
+    f.gain_positive_in_per_V_s = positive;
+    f.gain_negative_in_per_V_s = negative;
+    f.measured_check = config::measured_check_of(f);
+    f.measured_rig_check = config::measured_rig_check_of(card().backend);
+  };
   const std::vector<Slip> slips{
       {[](Following& f) { f.dead_band_V = 3.0; }, "following.dead_band_V = 3 V is more than 30 %"},
       {[](Following& f) { f.dead_band_V = 1.5; }, ""},
@@ -257,15 +263,18 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
       {[](Following& f) { f.limit_in = 0.27; }, ""},
       {[](Following& f) { f.pressure_delay_s = 5.0; }, "following.pressure_delay_s = 5 s"},
       {[](Following& f) { f.pressure_delay_s = 3.0; }, ""},
-      {[](Following& f) { f.gain_positive_in_per_V_s = 0.0079; }, "following.gain_positive_in_per_V_s = 0.0079"},
-      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0079; }, "at least 0.008"},
-      {[](Following& f) {
-         f.gain_positive_in_per_V_s = 0.0081;
-         f.gain_negative_in_per_V_s = 0.0081;
-       },
-       ""},
+      {[](Following& f) { f.gain_positive_in_per_V_s = 0.0493; },
+       "following.gain_positive_in_per_V_s = 0.0493 in/(V s) is less than 0.05, with which a dead sensor would show "
+       "late; "
+       "mm for inches? If the rod is so slow, measure it (eha characterise, or eha characterise RUN"},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.0493; }, "following.gain_negative_in_per_V_s = 0.0493"},
+      {[](Following& f) { f.gain_negative_in_per_V_s = 0.05; }, ""},
+      {[&](Following& f) { slow(f, 0.0493, 0.0493); }, ""},
+      {[&](Following& f) { slow(f, 0.0079, 0.0081); }, "following.gain_positive_in_per_V_s = 0.0079"},
+      {[&](Following& f) { slow(f, 0.0081, 0.0079); }, "at least 0.008"},
+      {[&](Following& f) { slow(f, 0.0081, 0.0081); }, ""},
       {[](Following& f) { f.gain_negative_in_per_V_s = 0.0081; }, "no rod is 8.6 times as fast one way as the other"},
-      {[](Following& f) { f.gain_negative_in_per_V_s = 0.015; }, ""},
+      {[](Following& f) { f.gain_positive_in_per_V_s = 0.6; }, "times as fast one way as the other"},
   };
   for (const Slip& slip : slips) {
     const std::string text = refusal([&](auto& rig) { slip.make(*rig.limits.following); });
