@@ -186,8 +186,7 @@ void LoopMonitor::compare_speed() noexcept {
   const double speed = direction * speed_in_per_s_;
   const double least = kSlowShare * gain * (outside_V - kValveError_V) - kSlowFloor_in_per_s;
   const double most = kFastShare * gain * std::max(0.0, outside_V + kValveError_V) + kFastFloor_in_per_s;
-  // A loop that turns round passes volts that ask for no motion; they show nothing of the slope.
-  if (least > 0.0) slow_s_ = speed < least ? slow_s_ + period_s_ : 0.0;
+  slow_s_ = least > 0.0 && speed < least ? slow_s_ + period_s_ : 0.0;
   fast_s_ = speed > most ? fast_s_ + period_s_ : 0.0;
   if (slow_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, least);
   if (fast_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, most);
