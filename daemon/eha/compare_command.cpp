@@ -10,27 +10,23 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/comparison_answer.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
-#include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/model_file.hpp"
-#include "ident/model/parameter_text.hpp"
-#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using ident::ParameterChange;
 
 constexpr const char* kCompareFooter = R"(
 Runs (or other records): fits one integer-order model behind a valve map to each, on the same samples with the same
@@ -55,35 +51,6 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
-std::string table_of(const report::ComparedSubject& first, const report::ComparedSubject& subject,
-                     Shows shows = Shows::change) {
-  const ident::Model& model = subject.model;
-  std::vector<std::vector<std::string>> rows;
-  for (const ParameterChange& p : subject.change->parameters) {
-    // A coefficient of which a record only shows that it is small stays an interval.
-    const auto shown = [&](double value, const ident::Model& of) {
-      const std::string text = ident::value_text(p.name, value, of);
-      return text.find(" to ") == std::string::npos ? ident::rounded_to(value, p.half_width) : text;
-    };
-    rows.push_back({p.name, shown(p.before, first.model), shown(p.after, model),
-                    ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
-                    ident::unit_of(p, model), report::change_word(subject, p.changed)});
-  }
-  if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
-    rows.push_back({"left over, rms", fmt::format("{:.3g}", e.before), fmt::format("{:.3g}", e.after),
-                    fmt::format("{:.3g}", e.after - e.before), fmt::format("x {:g}", identify::kOtherLeftOver),
-                    model.output_unit, e.changed ? "yes" : "no"});
-  }
-  return text_table({{"parameter"},
-                     {"before", Align::right},
-                     {"after", Align::right},
-                     {"difference", Align::right},
-                     {"joint +-", Align::right},
-                     {"unit"},
-                     {shows == Shows::change ? "changed" : "differs"}},
-                    rows);
-}
-
 /// Draws gain and phase of the models over one another, for the models that have them.
 void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
                const std::filesystem::path& path) {
@@ -105,158 +72,6 @@ void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& m
   os::write_file_atomically(path, plot::draw({"Bode plots of the compared models", {gain, phase}}, format));
 }
 
-struct Compared {
-  Json document;
-  std::string text;
-  std::vector<std::pair<std::string, const ident::Model*>> models;  ///< for the picture
-  report::ComparisonFindings findings;
-  std::vector<report::ComparedSubject> subjects;  ///< for the report
-};
-
-/// A comparison for display.
-identify::RunComparison converted(identify::RunComparison comparison, const DisplayUnit& unit) {
-  for (identify::ComparedRun& run : comparison.runs) {
-    const double factor = unit.factor(run.fit.model.output_unit);
-    run.fit.model = in_unit(std::move(run.fit.model), unit);
-    run.fit.measured *= factor;
-    run.fit.simulated *= factor;
-    if (run.change) run.change = in_output_unit(*run.change, factor);
-    run.left_over.before *= factor;
-    run.left_over.after *= factor;
-    run.first_model_error *= factor;
-  }
-  return comparison;
-}
-
-/// The same for scores; models in the record's unit.
-identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit& unit, const std::string& output_unit) {
-  const double factor = unit.factor(output_unit);
-  for (ident::Score* score :
-       {&scored.validation.score,
-        scored.validation.offset_reestimated ? &*scored.validation.offset_reestimated : nullptr}) {
-    if (score == nullptr) continue;
-    score->error_min *= factor;
-    score->error_max *= factor;
-  }
-  scored.rms_error *= factor;
-  scored.output.measured *= factor;
-  scored.output.simulated *= factor;
-  scored.refit_rms_error *= factor;
-  if (scored.change) scored.change = in_output_unit(*scored.change, factor);
-  return scored;
-}
-
-/// Adds what changed, beginning with the name of the run.
-void add_changes(std::vector<std::string>& sentences, const std::string& name, const ident::PlantChange& change,
-                 const ident::Model& model, Shows shows = Shows::change) {
-  for (const ParameterChange& p : change.parameters) {
-    if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model, shows));
-  }
-}
-
-Compared described(const identify::RunComparison& comparison, const std::vector<identify::Source>& sources) {
-  Compared out;
-  std::vector<std::string> names;
-  for (const identify::Source& source : sources) names.push_back(source.name);
-  const std::vector<std::string> titles = report::titles_of(names);
-  Json runs = Json::array();
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const identify::ComparedRun& run = comparison.runs[i];
-    const ident::Model& model = run.fit.model;
-    const ident::Score& score = model.estimation->score;
-    out.models.emplace_back(titles[i], &model);
-    out.subjects.push_back({.label = titles[i],
-                            .model = model,
-                            .change = run.change,
-                            .left_over = run.left_over,
-                            .first_model_error = run.first_model_error,
-                            .first_model_holds = i == 0 || identify::first_model_holds(run),
-                            .time_s = run.fit.time_s,
-                            .measured = run.fit.measured,
-                            .simulated = run.fit.simulated});
-    out.text += fmt::format("{} {}: {} fitted, R2 {:.3f} %, rms error {:.3g} {}, {} samples\n",
-                            i == 0 ? "before" : "after ", sources[i].name, model.name, score.r2_percent,
-                            std::sqrt(score.mse), model.output_unit, score.samples);
-    Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
-    if (run.change) entry["change"] = change_json(*run.change, model);
-    if (i > 0) {
-      entry["left_over"] = {
-          {"rms_before", run.left_over.before}, {"rms_after", run.left_over.after}, {"changed", run.left_over.changed}};
-      entry["first_model"] = {{"rms_error", run.first_model_error}, {"holds", identify::first_model_holds(run)}};
-    }
-    if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
-    runs.push_back(std::move(entry));
-  }
-  bool any_differs = false;  // through the plant or the input
-  bool any_changed = false;
-  bool any_leaves_other = false;
-  bool all_hold = true;  // the first record's model on the others
-  for (std::size_t i = 1; i < sources.size(); ++i) {
-    const identify::ComparedRun& run = comparison.runs[i];
-    const ident::PlantChange& change = *run.change;
-    const ident::Model& model = run.fit.model;
-    out.text +=
-        fmt::format("\n{}: {}\n", sources[i].name,
-                    !run.cannot_tell.empty() ? "cannot tell whether the plant has changed: " + run.cannot_tell
-                    : !change.changed        ? "no change of a parameter found"
-                    : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
-                                               "plant has changed; compare two runs of one experiment"
-                                             : "the plant has changed");
-    std::string& cannot_tell = out.subjects[i].cannot_tell;
-    cannot_tell = run.cannot_tell;
-    if (cannot_tell.empty() && change.changed && run.has_other_input) {
-      cannot_tell = "the inputs differ, which alone can change the parameters of a plant that is not linear";
-    }
-    const Shows shows = cannot_tell.empty() ? Shows::change : Shows::difference;
-    out.text += change_sentences(change, model, shows);
-    // Another input moves another error.
-    const bool leaves_other = run.left_over.changed && !run.has_other_input;
-    out.subjects[i].left_over.changed = leaves_other;
-    const std::string left_over = report::left_over_sentence(out.subjects.front(), out.subjects[i]);
-    if (leaves_other) out.text += "  " + left_over + "\n";
-    const std::string holds = report::first_model_sentence(out.subjects.front(), out.subjects[i]);
-    out.text += "  " + holds + "\n  " + report::tested_sentence(change) + "\n";
-    all_hold = all_hold && out.subjects[i].first_model_holds;
-    out.text += table_of(out.subjects.front(), out.subjects[i]);
-    any_leaves_other = any_leaves_other || leaves_other;
-    any_differs = any_differs || change.changed || !run.cannot_tell.empty();
-    any_changed = any_changed || (change.changed && cannot_tell.empty());
-    if (!cannot_tell.empty()) {
-      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], cannot_tell));
-    }
-    add_changes(out.findings.sentences, titles[i], change, model, shows);
-    if (leaves_other) out.findings.sentences.push_back(titles[i] + ": " + left_over);
-    out.findings.sentences.push_back(holds);
-    if (i == 1) out.findings.sentences.push_back(report::tested_sentence(change));
-  }
-  out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
-                                   titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
-  out.findings.heading = any_changed ? "The plant has changed"
-                         : any_differs
-                             ? "Not shown whether the plant has changed: the records differ in input or length"
-                         : !all_hold        ? "No change of a parameter found, yet the first model does not hold"
-                         : any_leaves_other ? "No change of a parameter found, but what the model leaves over changed"
-                                            : "No change of a parameter found, and the first model holds";
-  out.findings.is_alike = !any_differs && !any_leaves_other && all_hold;
-  out.findings.sentences.push_back(
-      fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
-  for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
-  out.text += fmt::format(
-      "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
-      "and runs together\n"
-      "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
-      "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a zero "
-      "(gains b0, b1)\n"
-      "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
-      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
-  out.document = {{"schema", "eha-comparison/1"},
-                  {"structure", comparison.structure},
-                  {"false_alarm", identify::kFalseAlarm},
-                  {"runs", std::move(runs)},
-                  {"notes", comparison.notes}};
-  return out;
-}
-
 /// A model estimated on the record that scores it is of its plant, however badly it describes it.
 std::vector<identify::ScoredModel> without_own_record(std::vector<identify::ScoredModel> scored,
                                                       const std::vector<ident::Model>& models,
@@ -268,133 +83,6 @@ std::vector<identify::ScoredModel> without_own_record(std::vector<identify::Scor
     scored[i].cannot_tell.clear();
   }
   return scored;
-}
-
-std::string plant_of(const identify::ScoredModel& scored) {
-  if (!scored.refit || !scored.cannot_tell.empty()) return "unknown";
-  return scored.of_another_plant ? "another" : "this";
-}
-
-Compared described(const std::vector<identify::ScoredModel>& scored, const std::vector<ident::Model>& models,
-                   const std::vector<std::string>& files, const identify::Source& source) {
-  Compared out;
-  std::vector<std::vector<std::string>> rows;
-  Json entries = Json::array();
-  std::string sentences;
-  const std::vector<std::string> titles = report::titles_of(files);
-  for (std::size_t i = 0; i < models.size(); ++i) {
-    const identify::ScoredModel& one = scored[i];
-    const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
-    out.models.emplace_back(titles[i], &models[i]);
-    out.subjects.push_back({.label = titles[i],
-                            .model = models[i],
-                            .time_s = one.output.time_s,
-                            .measured = one.output.measured,
-                            .simulated = one.output.simulated});
-    out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", titles[i],
-                                                 best.r2_percent, one.rms_error, models[i].output_unit,
-                                                 plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
-    if (one.of_another_plant) {
-      out.findings.sentences.back() +=
-          fmt::format(": its error is {:.1f} times that of its structure fitted to the record",
-                      one.rms_error / one.refit_rms_error);
-      add_changes(out.findings.sentences, titles[i], *one.change, models[i], Shows::change);
-    }
-    if (!one.cannot_tell.empty()) {
-      out.findings.sentences.push_back(
-          fmt::format("{}: cannot tell whether it is of this plant: {}", titles[i], one.cannot_tell));
-    }
-    rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
-                    fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
-                    fmt::format("{:.3g}", one.rms_error),
-                    fmt::format("{:.3g}", std::max(std::abs(best.error_min), std::abs(best.error_max))),
-                    one.refit ? fmt::format("{:.3g}", one.refit_rms_error) : "-", plant_of(one)});
-    Json entry{{"file", files[i]},
-               {"r2_percent", one.validation.score.r2_percent},
-               {"r2_reestimated_percent", best.r2_percent},
-               {"fit_percent", best.fit_percent},
-               {"rms_error", one.rms_error},
-               {"plant", plant_of(one)}};
-    if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
-    if (one.change) entry["change"] = change_json(*one.change, models[i]);
-    entries.push_back(std::move(entry));
-    if (!one.cannot_tell.empty()) {
-      entries.back()["cannot_tell"] = one.cannot_tell;
-      sentences += fmt::format("{}: cannot tell whether it is of this plant: {}\n", files[i], one.cannot_tell);
-    }
-    if (!one.of_another_plant) continue;
-    sentences += fmt::format(
-        "{}: a model of another plant, although it scores R2 {:.2f} %: its error is {:.1f} times that of its structure "
-        "fitted to {}\n",
-        files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
-    sentences += change_sentences(*one.change, models[i]);
-  }
-  out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());
-  const auto of_another =
-      std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
-  out.findings.heading = fmt::format("{} of {} models are of another plant", of_another, scored.size());
-  out.findings.is_alike = of_another == 0;
-  out.findings.is_one_record = true;
-  if (of_another > 0) {
-    out.findings.to_do =
-        "Use no model of another plant for this record: fit one to it (eha fit), or look for what changed since the "
-        "model's own record. A null or dead band that moved is the valve's or a leak's (eha characterise), a gain the "
-        "supply pressure's, the valve's or a leak's.";
-  } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
-    out.findings.to_do = "Nothing: take the model of the least error.";
-  }
-  out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
-  out.text += text_table({{"model"},
-                          {"R2 %", Align::right},
-                          {"re. R2 %", Align::right},
-                          {"re. fit %", Align::right},
-                          {"rms error", Align::right},
-                          {"largest", Align::right},
-                          {"refit rms", Align::right},
-                          {"plant"}},
-                         rows);
-  out.text += fmt::format("re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record\n",
-                          models.front().output_unit);
-  out.text += sentences;
-  out.document = {{"schema", "eha-comparison/1"}, {"source", source.name}, {"models", std::move(entries)}};
-  return out;
-}
-
-Compared described(const std::vector<ident::Model>& models, const std::vector<std::string>& files) {
-  Compared out;
-  Json entries = Json::array();
-  const double level = identify::kFalseAlarm / static_cast<double>(models.size() - 1);
-  const std::vector<std::string> titles = report::titles_of(files);
-  out.models.emplace_back(titles.front(), &models.front());
-  out.subjects.push_back({.label = titles.front(), .model = models.front()});
-  out.findings.title = "Comparison of models";
-  out.findings.is_alike = true;
-  for (std::size_t i = 1; i < models.size(); ++i) {
-    const ident::PlantChange change = ident::compare_parameters(models.front(), models[i], level);
-    out.models.emplace_back(titles[i], &models[i]);
-    out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
-    out.findings.is_alike = out.findings.is_alike && !change.changed;
-    const bool are_of_one_record = is_one_record(record_of(models.front()), record_of(models[i]));
-    const Shows shows = are_of_one_record ? Shows::difference : Shows::change;
-    add_changes(out.findings.sentences, titles[i], change, models[i], shows);
-    if (are_of_one_record) {
-      out.findings.sentences.push_back(titles[i] +
-                                       ": of the same record as the first, so it describes the same plant.");
-    }
-    out.text += fmt::format("{} and {}: {}{}\n", files.front(), files[i],
-                            are_of_one_record ? "two models of one record, so of one plant; " : "",
-                            change.parameters.empty() ? "no parameter of both is estimated"
-                            : change.changed          ? "the parameters differ"
-                                                      : "no difference found");
-    if (!change.parameters.empty())
-      out.text +=
-          change_sentences(change, models[i], shows) + table_of(out.subjects.front(), out.subjects.back(), shows);
-    entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
-  }
-  out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
-  out.text += "Named with a record, the models are also scored on it.\n";
-  out.document = {{"schema", "eha-comparison/1"}, {"first", files.front()}, {"models", std::move(entries)}};
-  return out;
 }
 
 /// Warns of a run that is named twice: it never differs from itself.

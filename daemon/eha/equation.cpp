@@ -6,8 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#include "ident/validation/verdict.hpp"
-
 namespace eha::cli {
 namespace {
 
@@ -27,10 +25,6 @@ std::string driving_text(const ident::Model& model) {
 }
 
 }  // namespace
-
-const char* plus_minus_sign(const ident::Model& model) {
-  return model.verdict && may_miss_a_part(*model.verdict) ? "+- at least" : "+-";
-}
 
 std::string polynomial(const std::vector<ident::Term>& terms, double factor) {
   std::string text;

@@ -14,8 +14,4 @@ namespace eha::cli {
 /// "0.013241 s^2 + s + 0.0028495". @param factor  of every coefficient
 [[nodiscard]] std::string polynomial(const std::vector<ident::Term>& terms, double factor = 1.0);
 
-/// Before half a 95 % interval: "+-", or "+- at least" where the model may miss a part of the plant, which the interval
-/// does not hold.
-[[nodiscard]] const char* plus_minus_sign(const ident::Model& model);
-
 }  // namespace eha::cli

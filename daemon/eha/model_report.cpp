@@ -16,6 +16,7 @@
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -85,7 +86,7 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
 /// Writes the map's values, with their intervals if the model lists them.
 std::string input_map_text(const Model& model) {
   // An interval takes the structure for the plant's.
-  const char* plus_minus = plus_minus_sign(model);
+  const std::string plus_minus = ident::half_width_sign(model, "+-");
   const auto text = [&](ident::ParameterRole role, double value) {
     const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                  [&](const ParameterEstimate& parameter) { return parameter.role == role; });
@@ -124,7 +125,7 @@ std::string notes_on(const IdentifiedModel& identified, const char* mark) {
   const Model& model = identified.result.model;
   const std::string name = model.name + mark;
   std::string text = fmt::format("{}: {}\n", name, formula(model));
-  if (const std::string form = ident::engineering_form(model, plus_minus_sign(model)); !form.empty())
+  if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "+-")); !form.empty())
     text += fmt::format("  {}.\n", form);
   if (model.verdict) {
     for (const std::string& reason : model.verdict->reasons) text += fmt::format("  {}\n", reason);

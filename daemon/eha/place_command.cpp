@@ -23,6 +23,7 @@
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -86,12 +87,7 @@ PlaceNow place_now_of_service(const PlaceCommand& command) {
 PlaceNow place_now_of_rig(const PlaceCommand& command) {
   const config::RigConfig config = load_rig_or_default(command.rig_file);
   require_local_rig_file(config);
-  const std::unique_ptr<hal::Rig> rig = open_at_rest(config);
-  hal::RigReading reading;
-  if (rig->read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
-  if (!std::isfinite(reading.displacement_in))
-    throw DeviceError("no reading: the sensor gives no number; eha doctor says more");
-  return {reading.displacement_in, config.limits.travel_min_in, config.limits.travel_max_in, config.units};
+  return {place_of(*open_at_rest(config)), config.limits.travel_min_in, config.limits.travel_max_in, config.units};
 }
 
 /// Returns the rod before a placing; none during a run, which leaves it elsewhere.

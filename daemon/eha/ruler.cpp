@@ -15,6 +15,7 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -30,13 +31,7 @@ std::optional<double> place_without_following(const DriveOptions& command) {
     const config::RigConfig config = load_rig_or_default(command.rig_file);
     if (config.limits.following || !hal::moves_machine(config.backend)) return std::nullopt;
     require_local_rig_file(config);
-    hal::RigReading reading;
-    if (open_at_rest(config)->read(0, reading) != hal::RigStatus::ok) {
-      throw DeviceError("the rig cannot be read; eha doctor says more");
-    }
-    if (!std::isfinite(reading.displacement_in))
-      throw DeviceError("no reading: the sensor gives no number; eha doctor says more");
-    return reading.displacement_in;
+    return place_of(*open_at_rest(config));
   }
   control::Client client(command.socket);
   const nlohmann::ordered_json status = status_with_rod(client);

@@ -147,7 +147,7 @@ std::string reasons_by_model(const std::vector<Model>& models, const std::string
 std::string what_it_is(const Model& model) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
-  if (const std::string form = ident::engineering_form(model, plus_minus_sign(model)); !form.empty())
+  if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "+-")); !form.empty())
     text += line("in figures", form);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))

@@ -119,14 +119,12 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   model = identify::in_units_of(source, std::move(model), command.model_file);
   ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
   options = with(options, command.record, identify::parts_of_a_row(source));
-  if (const auto hint =
-          identify::size_hint(source, options.decimation / identify::parts_of_a_row(source), [&](int every) {
-            return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
-          })) {
-    console.info(hint->sentence);
-  }
-  note_other_step(model, command, options.decimation * source.record.step_s,
-                  options.decimation / identify::parts_of_a_row(source), console);
+  const int decimation = options.decimation / identify::parts_of_a_row(source);  // of the record's own rows
+  const auto with_decimation = [&](int every) {
+    return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
+  };
+  if (const auto hint = identify::size_hint(source, decimation, with_decimation)) console.info(hint->sentence);
+  note_other_step(model, command, options.decimation * source.record.step_s, decimation, console);
   identify::ScoredModel scored_here;
   try {
     scored_here = identify::score_model(model, source, options, console.progress_callback());

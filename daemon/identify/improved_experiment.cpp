@@ -8,18 +8,13 @@
 
 #include "config/model_text.hpp"
 #include "core/toml_text.hpp"
+#include "daemon/identify/multisine_text.hpp"
 
 namespace eha::identify {
 namespace {
 
 using ident::Model;
 using ident::ParameterEstimate;
-
-std::string with_decimal_point(double value) {
-  std::string text = fmt::format("{}", value);
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
 
 /// Returns the parameter for which the model is rejected; nothing if it is rejected for another reason, or not
 /// rejected.
@@ -59,18 +54,11 @@ std::string experiment_text(const Improved& improved, const ident::ImprovementTa
                             const ident::Improvement& found) {
   std::string text = fmt::format(
       "# {}: the standard error of {}\n# is predicted as {:.3g}; the {} limit binds.\n"
-      "schema = 1\nname = \"improve-{}\"\nduration_s = {}\n\n[excitation]\nkind = \"multisine\"\noffset_V = {}\n"
-      "tones = [\n",
+      "schema = 1\nname = \"improve-{}\"\nduration_s = {:#}\n\n{}\n\n[record]\ndiscard_s = {:#}\ndecimation = "
+      "{}\nsplit = {:#}\n\n",
       toml_comment(improved.made_by), improved.parameter, found.std, ident::text(found.binding), improved.parameter,
-      with_decimal_point(task.duration_s), with_decimal_point(found.offset_V));
-  for (const ident::Tone& tone : found.tones) {
-    text += fmt::format("  {{ frequency_Hz = {}, amplitude_V = {}, phase_rad = {} }},\n",
-                        with_decimal_point(tone.frequency_Hz), with_decimal_point(tone.amplitude_V),
-                        with_decimal_point(tone.phase_rad));
-  }
-  text += fmt::format("]\n\n[record]\ndiscard_s = {}\ndecimation = {}\nsplit = {}\n\n",
-                      with_decimal_point(task.options.discard_s), task.options.decimation,
-                      with_decimal_point(task.options.split));
+      task.duration_s, multisine_table(found.offset_V, found.tones), task.options.discard_s, task.options.decimation,
+      task.options.split);
   if (improved.model.structure) text += config::model_table(*improved.model.structure);
   return text;
 }

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -23,16 +23,26 @@ bool has_zero_or_delay(const ident::Model& model) {
   return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
 }
 
-/// The model on the record in parts. @param structure  its own, or with a free dead time
-ident::Model again(const Source& source, const IdentificationTask& task, const IdentifiedModel& model,
-                   const ident::StructureOptions& structure, ident::Intersample intersample) {
-  const ident::Record fine = ident::in_parts(source.record, intersample);
+/// A structure to fit to the record in parts, from a model that was found.
+struct Attempt {
+  const IdentifiedModel* from;
+  ident::StructureOptions structure;  ///< of that model, or with a free dead time
+  ident::Intersample intersample;
+};
+
+ident::Model again(const Source& source, const IdentificationTask& task, const Attempt& attempt) {
+  const ident::Record fine = ident::in_parts(source.record, attempt.intersample);
   ident::FitOptions options = task.options;
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
   const ident::PreparedRecord prepared(fine, options);
-  return ident::fit(prepared, structure, options, thread_executor(), {model.result.model}).model;
+  return ident::fit(prepared, attempt.structure, options, thread_executor(), {attempt.from->result.model}).model;
+}
+
+/// @param by  of AR-BIC
+bool is_better(const ident::Model& a, const ident::Model& b, double by = 0.0) {
+  return ident::is_comparable(a, b) && ident::ar_bic(a) < ident::ar_bic(b) - by;
 }
 
 /// The structure with a free dead time, which the half row may have hidden; none where it has a zero or dead time.
@@ -80,30 +90,25 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
     // Both in parts: the filter before the comparison changes the noise of both alike.
     const IdentifiedModel* simpler = without_half_row(identification, *held);
     const std::optional<ident::StructureOptions> delayed = with_delay(*held);
-    std::array<ident::Model, 3> found;
-    thread_executor()(simpler == nullptr && !delayed ? 2 : 3, [&](std::size_t k) {
-      const IdentifiedModel& model = k == 2 && simpler != nullptr ? *simpler : *held;
-      found[k] = again(source, task, model, k == 2 && delayed ? *delayed : model.structure,
-                       k == 0 ? ident::Intersample::held : ident::Intersample::straight);
-    });
+    std::vector<Attempt> attempts{{held, held->structure, ident::Intersample::held},
+                                  {held, held->structure, ident::Intersample::straight}};
+    if (delayed) attempts.push_back({held, *delayed, ident::Intersample::straight});
+    if (simpler != nullptr) attempts.push_back({simpler, simpler->structure, ident::Intersample::straight});
+    std::vector<ident::Model> found(attempts.size());
+    thread_executor()(attempts.size(), [&](std::size_t k) { found[k] = again(source, task, attempts[k]); });
     const ident::Model& steps = found[0];
-    const ident::Model& simpler_lines = found[2];
-    const ident::Model& lines =
-        delayed && ident::is_comparable(found[2], found[1]) && ident::ar_bic(found[2]) < ident::ar_bic(found[1])
-            ? found[2]
-            : found[1];
+    const ident::Model& lines = delayed && is_better(found[2], found[1]) ? found[2] : found[1];
+    const ident::Model& simpler_lines = found.back();
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string unit = ident::after_number(source.record.output_channel.unit);
     std::string gain;
-    if (ident::is_comparable(lines, steps) && ident::ar_bic(lines) < ident::ar_bic(steps) - kClearly) {
+    if (is_better(lines, steps, kClearly)) {
       gain = fmt::format("the error of {} falls from {:.3g} to {:.3g}{} (rms)", held->structure.name, error(steps),
                          error(lines), unit);
-    } else if (simpler != nullptr && ident::is_comparable(simpler_lines, steps) &&
-               ident::ar_bic(simpler_lines) < ident::ar_bic(steps)) {
+    } else if (simpler != nullptr && is_better(simpler_lines, steps)) {
       gain = fmt::format(
           "{} errs by {:.3g}{} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
-          "for "
-          "half a row alone",
+          "for half a row alone",
           simpler->structure.name, error(simpler_lines), unit, held->structure.name, error(steps));
     }
     if (gain.empty()) return {};

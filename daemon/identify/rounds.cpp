@@ -7,10 +7,12 @@
 #include <array>
 #include <cmath>
 #include <regex>
+#include <vector>
 
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
 #include "core/error.hpp"
+#include "daemon/identify/multisine_text.hpp"
 #include "daemon/rehearsal/rehearsal.hpp"
 
 namespace eha::identify {
@@ -64,18 +66,14 @@ bool passes(const std::optional<Rehearsal>& rehearsal) {
 /// Replaces [excitation] of an experiment by three tones of whole periods in its duration.
 /// @param share  of the amplitudes of the paper's tones
 std::string with_tones(const config::ExperimentConfig& experiment, double offset_V, double share) {
-  struct Tone {
-    double frequency_Hz, amplitude_V, phase_rad;
-  };
-  constexpr std::array<Tone, 3> kPaper{{{0.05, 1.9, 1.8}, {0.2, 1.6, 1.9}, {0.65, 1.5, 4.2}}};  // as paper.toml
-  std::string table = fmt::format("[excitation]\nkind = \"multisine\"\noffset_V = {:#}\ntones = [\n", offset_V);
+  const std::array<ident::Tone, 3> paper{{{0.05, 1.9, 1.8}, {0.2, 1.6, 1.9}, {0.65, 1.5, 4.2}}};  // as paper.toml
+  std::vector<ident::Tone> tones;
   double periods = 0.0;
-  for (const Tone& tone : kPaper) {
+  for (const ident::Tone& tone : paper) {
     periods = std::max(periods + 1.0, std::round(tone.frequency_Hz * experiment.duration_s));
-    table += fmt::format("  {{ frequency_Hz = {:#}, amplitude_V = {:#}, phase_rad = {:#} }},\n",
-                         periods / experiment.duration_s, share * tone.amplitude_V, tone.phase_rad);
+    tones.push_back({periods / experiment.duration_s, share * tone.amplitude_V, tone.phase_rad});
   }
-  table += "]";
+  const std::string table = multisine_table(offset_V, tones);
   const std::size_t begin = experiment.text.find("[excitation]");
   if (begin == std::string::npos) return {};
   const std::size_t end = experiment.text.find("\n[", begin);

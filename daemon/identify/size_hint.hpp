@@ -18,7 +18,7 @@ struct SizeHint {
 /// @param source      its rows, not the parts of them that a straight input makes
 /// @param decimation  of the rows
 /// @param command     with --decimate N added; none: it is named alone
-/// @returns none where few rows are compared
+/// @returns none where few rows are compared. Cost: one Fourier transform of the input
 [[nodiscard]] std::optional<SizeHint> size_hint(const Source& source, int decimation,
                                                 const std::function<std::string(int)>& command = {});
 

@@ -12,6 +12,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
 namespace {
@@ -50,7 +51,8 @@ std::string fraction(const std::string& above, const std::string& below) {
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
-  return at == model.parameters.end() ? fmt::format("{:.4g}", value) : ident::with_interval(*at, plus_minus(model));
+  return at == model.parameters.end() ? fmt::format("{:.4g}", value)
+                                      : ident::with_interval(*at, ident::half_width_sign(model, "±"));
 }
 
 /// Whether the level at which a free response ends is known better than ten times the largest error.
@@ -65,10 +67,6 @@ bool reaches_its_offset(const Model& model) {
 }
 
 }  // namespace
-
-const char* plus_minus(const Model& model) {
-  return model.verdict && may_miss_a_part(*model.verdict) ? "± at least" : "±";
-}
 
 std::string escaped(std::string_view text) {
   std::string html;
@@ -146,7 +144,7 @@ std::string equation(const Model& model) {
   std::string html =
       fmt::format("<p class=\"equation\">G(s) = {}", fraction(polynomial(g.numerator), polynomial(g.denominator)));
   if (g.delay_s > 0.0) html += fmt::format(" &middot; e<sup>&minus;{:.4g} s</sup>", g.delay_s);
-  if (const std::string form = ident::engineering_form(model, plus_minus(model)); !form.empty()) {
+  if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "±")); !form.empty()) {
     html += "<br>" + escaped(form);
   }
   const std::string input_unit = escaped(model.input_unit);

@@ -35,9 +35,6 @@ struct TableColumn {
 [[nodiscard]] std::string table(const std::vector<TableColumn>& columns,
                                 const std::vector<std::vector<std::string>>& rows);
 
-/// Between an estimate and half its interval, which takes the structure for the plant's: "±", or "± at least".
-[[nodiscard]] const char* plus_minus(const ident::Model& model);
-
 /// The model's equation as HTML: G(s), delay, valve map or bias, initial output.
 [[nodiscard]] std::string equation(const ident::Model& model);
 

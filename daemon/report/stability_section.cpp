@@ -15,6 +15,7 @@
 #include "ident/fractional/stability.hpp"
 #include "ident/model/criterion.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
 namespace {
@@ -38,7 +39,7 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
       model.stability ? *model.stability : ident::stability(model.transfer_function);
   const double limit_deg = 90.0 * poles.base_order;
   Remark remark;
-  const std::string figures = ident::engineering_form(model, plus_minus(model));
+  const std::string figures = ident::engineering_form(model, ident::half_width_sign(model, "±"));
   remark.seen =
       !figures.empty()
           ? fmt::format("{}: {} (T of a real pole, f0 and damping D of a pair; unstable is the right half).",

@@ -100,8 +100,7 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
     refusals.emplace_back(
         "following.measured_rig_check does not fit: the numbers of [following] were measured with another card, other "
         "channels or another calibration of the sensor (eha calibrate takes them along); remove [following] and "
-        "measure "
-        "this rig (eha characterise)");
+        "measure this rig (eha characterise)");
   }
   if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
     refusals.push_back(fmt::format(
@@ -178,8 +177,7 @@ void judge_safe_V(const config::RigConfig& rig, std::vector<std::string>& refusa
     if (is_unwatched && speed > kGreatestUnwatchedSpeed_in_per_s) {
       refusals.push_back(
           fmt::format("limits.safe_V = {:g} V, {:.3g} V from the valve's null, moves the rod at {:.2g} in/s if the "
-                      "valve has no dead "
-                      "band, and no enable line switches the hydraulics off; set {:g}, the null",
+                      "valve has no dead band, and no enable line switches the hydraulics off; set {:g}, the null",
                       rig.limits.safe_V, away_V, speed, null_V));
     }
     if (is_unwatched || speed <= kGreatestSafeSpeed_in_per_s) return;

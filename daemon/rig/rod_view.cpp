@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 
 namespace eha {
@@ -21,9 +22,11 @@ struct LinesOfRig {
   bool enable_contact;
 };
 
+constexpr const char* kNoNumber = "no reading: the sensor gives no number; eha doctor says more";
+
 Json rod_json(const config::RigLimits& limits, const hal::RigReading& reading, LinesOfRig has, double travel_share) {
   if (!std::isfinite(reading.displacement_in) || !std::isfinite(reading.feedback_V)) {
-    return {{"error", "no reading: the sensor gives no number; eha doctor says more"}};
+    return {{"error", kNoNumber}};
   }
   return {{"displacement_in", reading.displacement_in},
           {"feedback_V", reading.feedback_V},
@@ -95,6 +98,13 @@ std::optional<double> RodView::noise_in() const {
   }
   if (!std::isfinite(sum)) return std::nullopt;
   return std::sqrt(0.5 * sum / static_cast<double>(count - 1));
+}
+
+double place_of(hal::Rig& rig) {
+  hal::RigReading reading;
+  if (rig.read(0, reading) != hal::RigStatus::ok) throw DeviceError("the rig cannot be read; eha doctor says more");
+  if (!std::isfinite(reading.displacement_in)) throw DeviceError(kNoNumber);
+  return reading.displacement_in;
 }
 
 }  // namespace eha

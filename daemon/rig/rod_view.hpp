@@ -46,6 +46,10 @@ class RodView {
   std::string error_;  ///< empty: the last reading succeeded
 };
 
+/// Reads where the rod of an open rig that is not driven stands [in].
+/// @throws DeviceError  the rig cannot be read, or the sensor gives no number
+[[nodiscard]] double place_of(hal::Rig& rig);
+
 /// Returns the share of the way from mid-travel to a travel limit for a rod at rest; over 1 beyond the limit.
 [[nodiscard]] double travel_share_at_rest(const config::RigLimits& limits, double displacement_in) noexcept;
 

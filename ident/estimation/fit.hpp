@@ -72,7 +72,7 @@ struct OutputOfModel {
   Eigen::VectorXd simulated;  ///< initial_output and initial_state estimated anew [output unit]
 };
 
-/// Simulates a model on a record as validate() does. @throws as validate()
+/// Simulates a model on a record as validate() does. @throws as validate(). Cost: one simulation.
 [[nodiscard]] OutputOfModel output_of(const Model& model, const Record& record, const FitOptions& options);
 
 }  // namespace eha::ident

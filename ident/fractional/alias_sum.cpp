@@ -95,17 +95,29 @@ double last_coefficients(const Eigen::VectorXcd& a) {
 
 }  // namespace
 
+/// Where the nodes lie, and the quadrature of the tail.
+struct AliasSum::Contour {
+  double sigma;
+  double step_s;
+  double band;
+  std::vector<double> gauss_node;
+  std::vector<double> gauss_weight;
+  double quadrature_step;
+};
+
 AliasSum::AliasSum(double sigma, double step_s, double band, double accuracy)
     : first_(chebyshev_transform(nodes_for(1.0, band, accuracy) + kSpareNodes)),
       further_(chebyshev_transform(nodes_for(2.0, band, accuracy) + kSpareNodes)),
-      tail_(chebyshev_transform(nodes_for(kTailStart, band, accuracy))),
-      right_(make_side(sigma, step_s, band, accuracy, 1.0)),
-      left_(make_side(sigma, step_s, band, accuracy, -1.0)) {}
-
-AliasSum::Side AliasSum::make_side(double sigma, double step_s, double band, double accuracy, double direction) const {
+      tail_(chebyshev_transform(nodes_for(kTailStart, band, accuracy))) {
   const double share = std::log(accuracy) / std::log(kFullAccuracy);  // of the points of full accuracy
   const Rule gauss = gauss_rule(static_cast<std::size_t>(std::lround(share * static_cast<double>(kGaussNodes))));
-  const double quadrature_step = kQuadratureStep / share;
+  const Contour contour{sigma, step_s, band, gauss.node, gauss.weight, kQuadratureStep / share};
+  right_ = make_side(contour, 1.0);
+  left_ = make_side(contour, -1.0);
+}
+
+AliasSum::Side AliasSum::make_side(const Contour& contour, double direction) const {
+  const auto& [sigma, step_s, band, gauss_node, gauss_weight, quadrature_step] = contour;
   Side side;
   struct Point {
     Complex offset;
@@ -138,9 +150,9 @@ AliasSum::Side AliasSum::make_side(double sigma, double step_s, double band, dou
     const double slope = r * 0.5 * pi * std::cosh(t) * quadrature_step;
     tail.push_back({start + direction * r, direction * slope / (2.0 * pi * i)});
   }
-  for (std::size_t j = 0; j < gauss.node.size(); ++j) {
-    const double y = gauss.node[j];
-    const Complex weight = i * gauss.weight[j] * std::exp(-pi * y);
+  for (std::size_t j = 0; j < gauss_node.size(); ++j) {
+    const double y = gauss_node[j];
+    const Complex weight = i * gauss_weight[j] * std::exp(-pi * y);
     tail.push_back({start + 2.0 * pi * y, weight});
     tail.push_back({start - 2.0 * pi * y, -weight});
   }

@@ -76,9 +76,10 @@ class HeldResponse {
   /// Returns the spectrum to 1e-10 of the input's size; several times as fast if the filter leaves low frequencies
   /// only.
   [[nodiscard]] InputSpectrum quick_input_spectrum(const Eigen::Ref<const Eigen::VectorXd>& input) const;
-  /// Thins parts of an input that follows `before` samples at rest, for thinned_input_spectrum().
+  /// Thins parts of an input that follows `before` samples at rest, for thinned_input_spectrum(). Cost O(N taps/8).
   [[nodiscard]] EdgeThinning edge_thinning(const Eigen::Ref<const Eigen::VectorXd>& input, std::size_t before) const;
   /// Returns the spectrum of what one of that thinning's functions returned, as quick_input_spectrum() of the whole.
+  /// Cost of an eighth of that.
   [[nodiscard]] InputSpectrum thinned_input_spectrum(const Eigen::VectorXd& thinned) const;
   /// A unit step at sample `at`.
   [[nodiscard]] InputSpectrum step_spectrum(std::size_t at = 0) const;

@@ -18,6 +18,7 @@ namespace eha::ident {
 namespace {
 
 constexpr double kWhole = 1e-9;           // an order is a whole number
+constexpr double kItself = 1e-6;          // a figure is a parameter
 constexpr double kSameGain = 0.005;       // a gain is the parameter K, beside a pole nearly at 0
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 
@@ -64,16 +65,20 @@ std::string or_lag_text(const Model& model) {
   return fmt::format(" (or a lag of as much: the band, to {:.3g} Hz, does not tell them apart)", highest_Hz);
 }
 
-/// A figure with half its 95 % interval where it is an estimated parameter itself; else, or for an empty sign, alone.
-std::string figure_text(const Model& model, double value, const std::string& alone, std::string_view plus_minus) {
-  constexpr double kItself = 1e-6;
-  const auto parameter = std::find_if(
-      model.parameters.begin(), model.parameters.end(),
-      [&](const ParameterEstimate& p) { return !p.fixed && std::abs(p.value - value) <= kItself * std::abs(value); });
-  if (plus_minus.empty() || parameter == model.parameters.end()) return alone;
-  const double half_width = half_width95(*parameter);
-  if (!(half_width > 0.0) || !std::isfinite(half_width)) return alone;
-  return with_half_width(value, half_width, plus_minus);
+/// The first parameter of a kind; null without one.
+template <typename Which>
+const ParameterEstimate* parameter(const Model& model, const Which& which) {
+  const auto found = std::find_if(model.parameters.begin(), model.parameters.end(), which);
+  return found == model.parameters.end() ? nullptr : &*found;
+}
+
+/// A figure with half the 95 % interval of the estimated parameter that it is; else, or for an empty sign, alone.
+/// @param of  null: no parameter   @param factor  of the parameter, for its unit
+std::string figure_text(double value, int digits, const ParameterEstimate* of, std::string_view plus_minus,
+                        double factor = 1.0) {
+  const double half_width = of == nullptr || of->fixed ? 0.0 : factor * half_width95(*of);
+  const bool is_shown = !plus_minus.empty() && half_width > 0.0 && std::isfinite(half_width);
+  return is_shown ? with_half_width(value, half_width, plus_minus) : fmt::format("{:.{}g}", value, digits);
 }
 
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
@@ -87,7 +92,10 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
       if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
-      text += fmt::format("; {} = {} s{}", real, figure_text(model, time_s, fmt::format("{:.4g}", time_s), plus_minus),
+      const ParameterEstimate* itself = parameter(model, [&](const ParameterEstimate& p) {
+        return !p.fixed && std::abs(p.value - time_s) <= kItself * std::abs(time_s);
+      });
+      text += fmt::format("; {} = {} s{}", real, figure_text(time_s, 4, itself, plus_minus),
                           unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
     } else if (root.imag() > 0.0) {
       text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
@@ -112,27 +120,11 @@ std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& d
   return found;
 }
 
-/// "; dead time 6.3 +- 0.4 ms"
-std::string dead_time_text(const Model& model, std::string_view plus_minus) {
-  const double delay_ms = 1e3 * model.transfer_function.delay_s;
-  const auto delay = std::find_if(model.parameters.begin(), model.parameters.end(), [](const ParameterEstimate& p) {
-    return p.role == ParameterRole::delay && !p.fixed;
-  });
-  const double half_width = delay == model.parameters.end() ? 0.0 : 1e3 * half_width95(*delay);
-  const bool is_shown = !plus_minus.empty() && half_width > 0.0 && std::isfinite(half_width);
-  return fmt::format("; dead time {} ms",
-                     is_shown ? with_half_width(delay_ms, half_width, plus_minus) : fmt::format("{:.3g}", delay_ms));
-}
-
 /// "K = 0.1479 +- 0.0005", or "K/a0 = 7.6" where that is not the parameter K.
 std::string gain_text(const Model& model, double gain, std::string_view plus_minus) {
-  const auto k = std::find_if(model.parameters.begin(), model.parameters.end(),
-                              [](const ParameterEstimate& p) { return p.name == "K"; });
-  if (k == model.parameters.end()) return fmt::format("K = {:.4g}", gain);
-  if (!(std::abs(gain - k->value) <= kSameGain * std::abs(k->value))) return fmt::format("K/a0 = {:.4g}", gain);
-  const double half_width = half_width95(*k);
-  const bool is_shown = !plus_minus.empty() && !k->fixed && half_width > 0.0 && std::isfinite(half_width);
-  return "K = " + (is_shown ? with_half_width(gain, half_width, plus_minus) : fmt::format("{:.4g}", gain));
+  const ParameterEstimate* k = parameter(model, [](const ParameterEstimate& p) { return p.name == "K"; });
+  const bool is_other = k != nullptr && !(std::abs(gain - k->value) <= kSameGain * std::abs(k->value));
+  return (is_other ? "K/a0 = " : "K = ") + figure_text(gain, 4, is_other ? nullptr : k, plus_minus);
 }
 
 }  // namespace
@@ -152,7 +144,12 @@ std::string engineering_form(const Model& model, std::string_view plus_minus) {
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +
           roots_text(model, numerator, "TD", "zeros at", plus_minus);
-  if (g.delay_s > 0.0) text += dead_time_text(model, plus_minus) + or_lag_text(model);
+  if (g.delay_s > 0.0) {
+    const ParameterEstimate* delay =
+        parameter(model, [](const ParameterEstimate& p) { return p.role == ParameterRole::delay; });
+    text +=
+        fmt::format("; dead time {} ms{}", figure_text(1e3 * g.delay_s, 3, delay, plus_minus, 1e3), or_lag_text(model));
+  }
   return text;
 }
 

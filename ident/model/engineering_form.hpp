@@ -13,7 +13,7 @@ namespace eha::ident {
 ///   "K = 0.1479 in/(V s), integrating; T = 0.0056 s; f0 = 12.1 Hz, D = 0.31; dead time 6.3 ms"
 /// A root in the right half plane has a negative T or D.
 /// Where the model has a parameter K of another size, because its denominator does not end in 1, the gain is K/a0.
-/// @param plus_minus  between K and half its 95 % interval where that is known; empty: without it
+/// @param plus_minus  before half the 95 % interval of K, T and dead time where it is known; empty: without it
 /// @returns empty for a model with a fractional order, or without a gain
 [[nodiscard]] std::string engineering_form(const Model& model, std::string_view plus_minus = {});
 

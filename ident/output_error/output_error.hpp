@@ -35,7 +35,7 @@ class ComparedRecord {
 
   [[nodiscard]] const HeldResponse& response() const noexcept { return response_; }
   [[nodiscard]] const InputSpectrum& input() const noexcept { return input_; }
-  /// The input of a map, thinned behind it, for spectrum_of().
+  /// The input of a map, thinned behind it, for spectrum_of(). Precondition: Options::keep_input.
   [[nodiscard]] const EdgeThinning& edges() const { return edges_.value(); }
   /// Spectrum of what one of edges()' functions returned.
   [[nodiscard]] InputSpectrum spectrum_of(const Eigen::VectorXd& thinned) const;

@@ -30,7 +30,7 @@ class LowBandSpectrum {
     std::vector<double> taps;
     std::size_t outputs = 0;
   };
-  /// @param most  halvings that are wanted; there may be fewer
+  /// @param most  halvings that are wanted; there may be fewer. Cost O(taps^2)
   [[nodiscard]] FirstHalvings first_halvings(std::size_t most) const;
   /// The same bins, of a signal that has been through the first halvings.
   [[nodiscard]] std::vector<std::complex<double>> after(std::size_t halvings, std::vector<double> signal) const;

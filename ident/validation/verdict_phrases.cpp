@@ -6,7 +6,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/model/parameter_text.hpp"
+#include "ident/validation/record_findings.hpp"
+#include "ident/validation/verdict.hpp"
+
 namespace eha::ident {
+
+std::string half_width_sign(const Model& model, std::string_view sign) {
+  return std::string(sign) + (model.verdict && may_miss_a_part(*model.verdict) ? " at least" : "");
+}
 
 std::string_view effect_of(NonlinearKind kind) {
   switch (kind) {
@@ -42,6 +50,33 @@ std::string interval_text(const ParameterEstimate& p) {
   if (has_lower) return fmt::format("unbounded above {:.3g}", p.lower95);
   if (has_upper) return fmt::format("unbounded below {:.3g}", p.upper95);
   return "unbounded";
+}
+
+std::vector<std::string> causes_in_record(const Model& model) {
+  std::vector<std::string> found;
+  if (!model.validation) return found;
+  const std::string unit = after_number(model.output_unit);
+  if (const auto& stop = model.validation->end_stop) {
+    const std::string where = fmt::format("at {:.3f}{} from {:.5g} s on", stop->level, unit, stop->from_s);
+    const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {:.5g} s on; together", where,
+                                                       stop->other->level, unit, stop->other->from_s)
+                                         : where + ",";
+    found.push_back(fmt::format(
+        "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
+        "nearer to mid-travel.",
+        stop->other ? "two end stops" : "an end stop",
+        stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
+        cut_options(*stop)));
+  }
+  if (const auto& jump = model.validation->jump) {
+    const CutBeside cut =
+        cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
+    found.push_back(
+        fmt::format("The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
+                    "or rows are missing there; cut with --to {:.10g} or --from {:.10g}.",
+                    jump->change, unit, jump->time_s, cut.to_s, cut.from_s));
+  }
+  return found;
 }
 
 std::string statement_of(const std::string& reason) {

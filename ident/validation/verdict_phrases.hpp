@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "ident/model/model.hpp"
 
@@ -14,6 +15,10 @@ namespace eha::ident {
 inline constexpr std::string_view kControllerIsAGuess =
     "a controller of this model is a guess until a trial has measured it (eha track)";
 
+/// Before half a 95 % interval: the sign, or "SIGN at least" where the model may miss a part of the plant, whose effect
+/// the interval does not hold. @param sign  "+-" or "±"
+[[nodiscard]] std::string half_width_sign(const Model& model, std::string_view sign);
+
 /// What the residual depends on, and what of a plant makes it do so.
 [[nodiscard]] std::string_view effect_of(NonlinearKind kind);
 
@@ -23,6 +28,10 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// The 95 % interval, "0 to 0.62"; "unbounded", "unbounded below 3" or "unbounded above 1" where the record leaves an
 /// end open.
 [[nodiscard]] std::string interval_text(const ParameterEstimate& p);
+
+/// What lies in the record and explains the other reasons, each with the command that cuts it off: a rod on its end
+/// stop, a jump of the error.
+[[nodiscard]] std::vector<std::string> causes_in_record(const Model& model);
 
 /// The statement of a reason, without what to do: up to its first semicolon, and without a point.
 [[nodiscard]] std::string statement_of(const std::string& reason);

@@ -18,7 +18,6 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
-#include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -92,7 +91,7 @@ class Reasons {
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
            Kind::coefficient_interval, Kind::gain_ratio});
     note_wide_intervals();
-    std::vector<std::string> all = causes();
+    std::vector<std::string> all = causes_in_record(model_);
     for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
       all.insert(all.end(), sentences->begin(), sentences->end());
     }
@@ -312,34 +311,6 @@ class Reasons {
     if (!model_.validation) return "where the error does not matter";
     return fmt::format("where an error of {:.2g}{} (rms) does not matter", std::sqrt(model_.validation->score.mse),
                        after_number(model_.output_unit));
-  }
-
-  /// Causes that lie in the record, with the command that cuts them off. They come first.
-  [[nodiscard]] std::vector<std::string> causes() const {
-    std::vector<std::string> found;
-    if (!model_.validation) return found;
-    const std::string unit = after_number(model_.output_unit);
-    if (const auto& stop = model_.validation->end_stop) {
-      const std::string where = fmt::format("at {:.3f}{} from {:.5g} s on", stop->level, unit, stop->from_s);
-      const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {:.5g} s on; together", where,
-                                                         stop->other->level, unit, stop->other->from_s)
-                                           : where + ",";
-      found.push_back(fmt::format(
-          "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
-          "nearer to mid-travel.",
-          stop->other ? "two end stops" : "an end stop",
-          stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
-          cut_options(*stop)));
-    }
-    if (const auto& jump = model_.validation->jump) {
-      const CutBeside cut =
-          cut_beside(*jump, model_.estimation ? model_.estimation->compared_step_s : std::optional<double>());
-      found.push_back(
-          fmt::format("The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
-                      "or rows are missing there; cut with --to {:.10g} or --from {:.10g}.",
-                      jump->change, unit, jump->time_s, cut.to_s, cut.from_s));
-    }
-    return found;
   }
 
   [[nodiscard]] std::string not_judged(const Criterion& c) const {
