@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bench for the tests of the page: ehad on the simulated rig on the real clock, eha-web beside it, Debian's Chromium.
 import { execFile, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
 import net from 'node:net';
 import { createRequire } from 'node:module';
@@ -132,12 +132,42 @@ export class Bench {
     });
   }
 
+  /**
+   * Stops the next process that fits, so that what is shown meanwhile does not depend on how long a fit takes.
+   * @returns what lets it go on
+   */
+  async holdFit() {
+    const isFit = (pid) => /\0fit\0/.test(commandLine(pid));
+    const fit = await until('a process that fits', () => this.childrenOfDaemon().find(isFit), 3 * kGenerous_ms);
+    process.kill(fit, 'SIGSTOP');
+    return () => process.kill(fit, 'SIGCONT');
+  }
+
+  childrenOfDaemon() {
+    const tasks = `/proc/${this.daemon.pid}/task`;
+    return readdirSync(tasks).flatMap((task) => orNothing(() => readFileSync(`${tasks}/${task}/children`, 'utf8')).split(' '))
+      .filter(Boolean).map(Number);
+  }
+
   async inState(...states) {
     return until(`state ${states.join(' or ')}`, async () => {
       const status = await this.status();
       return states.includes(status.state) && status;
     });
   }
+}
+
+/** A process may end while one looks. */
+function orNothing(look) {
+  try {
+    return look();
+  } catch {
+    return '';
+  }
+}
+
+function commandLine(pid) {
+  return orNothing(() => readFileSync(`/proc/${pid}/cmdline`, 'utf8'));
 }
 
 function freePort() {

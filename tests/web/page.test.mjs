@@ -12,6 +12,7 @@ const complaints = [];
 let browser;
 let page;
 let run;
+let heldFit;
 
 /** Errors of a page count, those of refused or impossible requests only where none is expected. */
 function listenTo(opened) {
@@ -124,18 +125,9 @@ test('the first key reaches Stop, and the focus is seen', async () => {
 });
 
 test('curves move while an experiment runs', async () => {
-  // Where the page says that it fits, which may take less than a second.
-  await page.evaluate(() => {
-    window.fitting = {};
-    const look = () => {
-      for (const id of ['queue', 'runs', 'state-meaning']) {
-        if (/fitting/.test(document.getElementById(id).textContent)) window.fitting[id] = true;
-      }
-    };
-    new MutationObserver(look).observe(document.body, { subtree: true, childList: true, characterData: true });
-  });
   assert.equal((await bench.eha('arm')).code, 0);
   run = bench.eha('run', kExperiment, '--no-progress');
+  heldFit = bench.holdFit();
   await pageSays('the run', '#state-word', /^running$/);
   await pageSays('its holder', '#fact-lease', /^held by \S+, \d+ min/);
   await pageSays('its name', '#fact-run', /"short"/);
@@ -177,12 +169,13 @@ test('a sample is on the page within 200 ms', async () => {
 });
 
 test('verdict and report appear after the run', async () => {
+  const goOn = await heldFit;
+  await pageSays('the fit', '#state-meaning', /fitting \S+ "short"/);
+  await pageSays('the fit in the queue', '#queue', /models are fitted to its record/);
+  await pageSays('the fit among the runs', '#runs', /fitting/);
+  goOn();
   const ended = await run;
   assert.equal(ended.code, 0, ended.text);
-  // Queue and runs are asked for once a second, and the fit may be over before.
-  const fitting = await page.evaluate(() => Object.keys(window.fitting).sort());
-  console.log(`# "fitting" was seen at: ${fitting.join(', ')}`);
-  assert.ok(fitting.includes('state-meaning'), fitting.join(', '));
   await until('the run is listed', () => page.locator('#runs .grade.good, #runs .grade.usable').count());
   assert.match(await text('#runs > li:first-child'), /recommended: rig \((good|usable)\)/);
   const [report] = await Promise.all([page.context().waitForEvent('page'), page.click('#runs a:has-text("report")')]);
