@@ -80,7 +80,9 @@ void Client::lost(const std::string& why) const {
   throw ConnectionLost(fmt::format("{}: the connection to ehad is lost: {}", path_.string(), why));
 }
 
-Json Client::call(const std::string& method, const Json& params, milliseconds patience) {
+Json Client::call(const std::string& method, const Json& params, milliseconds patience,
+                  const std::function<bool()>& gives_up) {
+  constexpr milliseconds kLook(200);  // a signal between the question and the wait would not end the wait
   const auto deadline = steady_clock::now() + patience;
   limit_waiting(descriptor_, patience);
   const std::int64_t id = next_id_++;
@@ -97,7 +99,14 @@ Json Client::call(const std::string& method, const Json& params, milliseconds pa
     if (left <= milliseconds::zero()) {
       lost(fmt::format("no answer to {} within {:.3g} s", method, std::chrono::duration<double>(patience).count()));
     }
-    const std::optional<Json> answer = next_line(left);
+    const bool is_given_up = gives_up && gives_up();
+    const std::optional<Json> answer = next_line(is_given_up ? milliseconds::zero()
+                                                 : gives_up  ? std::min(left, kLook)
+                                                             : left);
+    if (!answer && is_given_up) {
+      descriptor_ = {};
+      throw CallGivenUp();
+    }
     if (!answer || !answer->contains("id") || answer->at("id") != id) continue;
     if (answer->contains("result")) return answer->at("result");
     const Json error = answer->value("error", Json::object());

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -21,6 +22,12 @@ class ConnectionLost : public DeviceError {
   using DeviceError::DeviceError;
 };
 
+/// The caller gave up waiting for an answer; the connection is closed, which tells ehad so.
+class CallGivenUp : public Error {
+ public:
+  CallGivenUp() : Error(ExitCode::interrupted, "interrupted while ehad was asked") {}
+};
+
 /// A connection to ehad. Blocking. Not thread-safe.
 class Client {
  public:
@@ -34,9 +41,10 @@ class Client {
 
   /// Sends a request and waits for its answer; drops events of a watch that arrive before it.
   /// @param patience  longest wait for the answer
-  /// @throws Error  ehad refused: its code and message   @throws ConnectionLost
+  /// @param gives_up  asked about five times a second
+  /// @throws Error  ehad refused: its code and message   @throws ConnectionLost   @throws CallGivenUp
   Json call(const std::string& method, const Json& params = Json::object(),
-            std::chrono::milliseconds patience = std::chrono::minutes(1));
+            std::chrono::milliseconds patience = std::chrono::minutes(1), const std::function<bool()>& gives_up = {});
 
   /// Returns the next event of a watch; none after `timeout` or on a signal.
   /// @throws ConnectionLost

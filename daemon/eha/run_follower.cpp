@@ -138,7 +138,7 @@ void RunFollower::end_long_wait(std::int64_t experiment, bool is_unarmed) {
   }
   if (!unarmed_since_) unarmed_since_ = now;
   if (now - *unarmed_since_ < kLongestUnarmed) return;
-  static_cast<void>(pass_on_stop());
+  pass_on_stop();
   throw UsageError(fmt::format(
       "the rig was not armed within {} minutes, and experiment {} was removed from the queue; in a script `{}` comes "
       "first, and --detach does not wait",

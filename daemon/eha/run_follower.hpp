@@ -32,13 +32,15 @@ class RunFollower {
   [[nodiscard]] std::optional<nlohmann::ordered_json> follow(std::int64_t experiment, const StopOnSignals& stop,
                                                              Held held);
 
+  /// Stops the one that is driven and removes the waiting ones from the queue. @returns false if all are over
+  bool pass_on_stop();
+
  private:
   using Json = nlohmann::ordered_json;
 
   [[nodiscard]] std::optional<Json> watch(std::int64_t experiment, const StopOnSignals& stop, Held held);
   void show(std::int64_t experiment, const Json& status);
   void end_long_wait(std::int64_t experiment, bool is_unarmed);
-  [[nodiscard]] bool pass_on_stop();
   [[nodiscard]] std::string last_heard(std::int64_t number) const;
 
   std::filesystem::path socket_;

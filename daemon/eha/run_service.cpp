@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -181,8 +182,19 @@ std::vector<ExperimentFile> files_of(const RunCommand& command) {
   return files;
 }
 
-/// Submits all or none. @returns their entries
-Json submitted(Client& client, const std::vector<ExperimentFile>& files, const RunCommand& command) {
+/// Numbers of this user's experiments in the queue.
+std::vector<std::int64_t> own_numbers(Client& client) {
+  std::vector<std::int64_t> numbers;
+  const Json queue = client.call("queue");
+  for (const Json& entry : queue.at("entries")) {
+    if (entry.at("uid") == geteuid()) numbers.push_back(entry.at("entry"));
+  }
+  return numbers;
+}
+
+/// Submits all or none. @returns their entries @throws control::CallGivenUp  stopped before the service took them
+Json submitted(Client& client, const std::vector<ExperimentFile>& files, const RunCommand& command,
+               const StopOnSignals& stop) {
   const auto options = [&command](Json params) {
     params["fast"] = command.fast;
     params["accept_travel_risk"] = command.accept_travel_risk;
@@ -191,13 +203,14 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   };
   // The service needs less time to check one experiment than the minute that a call waits by default.
   const auto patience = std::chrono::minutes(1) * files.size();
+  const auto is_stopped = [&] { return !command.detach && stop.count() > 0; };
   if (files.size() == 1) {
-    return Json::array(
-        {client.call("submit", options({{"experiment", files[0].text}, {"name", files[0].name}}), patience)});
+    return Json::array({client.call("submit", options({{"experiment", files[0].text}, {"name", files[0].name}}),
+                                    patience, is_stopped)});
   }
   Json list = Json::array();
   for (const ExperimentFile& file : files) list.push_back({{"experiment", file.text}, {"name", file.name}});
-  return client.call("submit", options({{"experiments", std::move(list)}}), patience).at("entries");
+  return client.call("submit", options({{"experiments", std::move(list)}}), patience, is_stopped).at("entries");
 }
 
 ExitCode leave(const Json& entries, const RunCommand& command, const Console& console) {
@@ -253,7 +266,24 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   }
   // From here on Ctrl-C stops the rig; closing the terminal does not.
   const StopOnSignals stop(Driver::service);
-  const Json entries = submitted(client, files, command);
+  const std::vector<std::int64_t> before = own_numbers(client);
+  Json entries;
+  try {
+    entries = submitted(client, files, command, stop);
+  } catch (const control::CallGivenUp&) {
+    // The service drops what it still checks when the connection ends; it may have queued it in this very moment.
+    Client other(command.socket);
+    std::vector<std::int64_t> taken;
+    for (const std::int64_t number : own_numbers(other)) {
+      if (std::find(before.begin(), before.end(), number) == before.end()) taken.push_back(number);
+    }
+    if (!taken.empty()) {
+      RunFollower(command.socket, other, taken, console.unit(units), console).pass_on_stop();
+      return ExitCode::interrupted;
+    }
+    console.info("interrupted before it was queued; nothing was moved");
+    return ExitCode::interrupted;
+  }
   std::vector<std::int64_t> queued;
   for (const Json& entry : entries) {
     queued.push_back(entry.at("entry"));

@@ -171,6 +171,13 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
         submission->answer([&]() -> Json {
           saved.get();
           try {
+            if (has_lost_client) {
+              // Nobody was told its number: whoever ended the command, by Ctrl-C for one, wants it no more.
+              const Entry& first = submission->entries.front();
+              spdlog::info("experiment {} (\"{}\" of {}): not queued: its command ended while it was checked", first.id,
+                           first.name, first.user);
+              throw DeviceError(fmt::format("{}: not queued: its command ended while it was checked", first.file));
+            }
             // The rig may have been disarmed during the check.
             require_arming_of_placing(*submission);
           } catch (const Error&) {
@@ -185,7 +192,6 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
             // Only an experiment whose owner has armed the rig may start automatically.
             added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
             added.client = submission->client;
-            if (has_lost_client) hold_for_lost_client(added);
             spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
             ids.push_back(added.id);
           }

@@ -10,6 +10,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -229,6 +231,39 @@ TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
   EXPECT_EQ(stopped.code, 130) << stopped.err;
   EXPECT_NE(stopped.err.find("ramping out"), std::string::npos) << stopped.err;
   EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
+}
+
+/// The process that checks an experiment for the service, if there is one now.
+std::optional<pid_t> check_of(const Daemon& daemon) {
+  for (const auto& task : fs::directory_iterator(fmt::format("/proc/{}/task", daemon.pid()))) {
+    std::istringstream children(content_of(task.path() / "children"));
+    for (pid_t child = 0; children >> child;) {
+      if (content_of(fmt::format("/proc/{}/cmdline", child)).find("experiment.toml") != std::string::npos) return child;
+    }
+  }
+  return std::nullopt;
+}
+
+TEST(Service, QueuesNothingAfterCtrlCDuringTheCheck) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const TemporaryFolder folder;
+  folder.write("e.toml", quiet_experiment_text("unwanted", 600.0));
+  std::optional<pid_t> check;
+  const auto is_checked = [&] {
+    if (!check) check = check_of(daemon);
+    if (check) kill(*check, SIGSTOP);
+    return check.has_value();
+  };
+  const Ended ended = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), is_checked, SIGINT);
+  kill(check.value(), SIGCONT);
+  EXPECT_EQ(ended.code, 130) << ended.err;
+  EXPECT_NE(ended.err.find("interrupted before it was queued; nothing was moved"), std::string::npos) << ended.err;
+  EXPECT_TRUE(daemon.logs("not queued: its command ended while it was checked")) << daemon.log();
+  EXPECT_TRUE(client.call("queue").at("entries").empty());
+  EXPECT_EQ(client.call("status").at("state"), "armed");
 }
 
 TEST(Service, OffersTheRunOfAFaultAfterArming) {
