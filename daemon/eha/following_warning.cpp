@@ -15,6 +15,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/report/sheet_comparison.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "daemon/tune/following_agreement.hpp"
 #include "ident/model/model_file.hpp"
@@ -93,19 +94,19 @@ void say_map_note(const ident::Model& model, const Console& console) {
   }
 }
 
-void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
+bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
   const auto say_note = [&] {
     if (!found.note.empty()) console.warning(fmt::format("of {}: {}", found.source, found.note));
   };
   if (!rig.limits.following) {
     say_note();
-    return;
+    return false;
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
   if (agreement == tune::FollowingAgreement::one_valve) {
     say_note();
-    return;
+    return false;
   }
   if (agreement == tune::FollowingAgreement::within_map_error) {
     console.info(fmt::format(
@@ -113,7 +114,7 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
         "and dead_band_V = {:.3f} with {:.2f} V to spare) does not contradict the record; keep it, or measure: `{}`",
         found.zone.null_V, found.zone.dead_band_V, found.source, found.note, rig.file_name, known.null_V,
         rig.limits.following->dead_band_V, config::kDeadBandSpare_V, found.remedy));
-    return;
+    return false;
   }
   console.warning(fmt::format(
       "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f} ({:.3f} and "
@@ -122,6 +123,7 @@ void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
       rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.zone.null_V,
       found.zone.dead_band_V + config::kDeadBandSpare_V, found.zone.dead_band_V, config::kDeadBandSpare_V,
       found.remedy));
+  return true;
 }
 
 void warn_of_unused_sheet(const fs::path& run, const Console& console) {
@@ -135,18 +137,23 @@ void warn_of_unused_sheet(const fs::path& run, const Console& console) {
   }
 }
 
-void warn_of_changed_valve(const fs::path& run, const Console& console) {
+bool warn_of_changed_valve(const fs::path& run, const Console& console) {
   const auto file = recommended_model(run);
-  if (!file) return;
+  if (!file) return false;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
   if (!rig) {
     say_map_note(model, console);
-    return;
+    return false;
   }
-  const auto sheet = newest_sheet_run(run);
-  warn_if_following_differs(
-      *rig, valve_of_model(model, "this record's model", sheet ? valve_of_sheet(*sheet) : std::nullopt), console);
+  const auto sheet_run = newest_sheet_run(run);
+  const auto sheet = sheet_run ? valve_of_sheet(*sheet_run) : std::nullopt;
+  const bool is_another = warn_if_following_differs(*rig, valve_of_model(model, "this record's model", sheet), console);
+  const auto beside = report::compare_with_sheet(report::load_run(run), model);
+  const bool has_changed = beside && !beside->headline.empty();
+  if (has_changed && !is_another)
+    console.warning(beside->headline + " " + beside->to_do.substr(0, beside->to_do.find_last_not_of(' ') + 1));
+  return (has_changed || is_another) && !(sheet && is_of_one_valve(model, *sheet));
 }
 
 }  // namespace eha::cli

@@ -38,7 +38,8 @@ struct FoundValve {
 
 /// Warns if null or dead band of [following] in a rig file are not those of a found valve. Says it where the error of
 /// the model's map alone makes the difference, and where that error is worth knowing beside values that agree.
-void warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
+/// @returns whether it warned of another valve
+bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
 
 /// Says what the error of the map of a model means, with the model's name; nothing where the map fits.
 void say_map_note(const ident::Model& model, const Console& console);
@@ -46,7 +47,9 @@ void say_map_note(const ident::Model& model, const Console& console);
 /// The same for a run's rig file and the newest valve sheet beside the run.
 void warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
 
-/// The same for a run's rig file and the model that the run recommends; without [following] say_map_note().
-void warn_of_changed_valve(const std::filesystem::path& run, const Console& console);
+/// The same for a run's rig file and the model that the run recommends; without [following] say_map_note(). Names a
+/// gain that is another one, too.
+/// @returns whether the rig has changed since its rig file was measured, and no newer valve sheet agrees with the run
+[[nodiscard]] bool warn_of_changed_valve(const std::filesystem::path& run, const Console& console);
 
 }  // namespace eha::cli

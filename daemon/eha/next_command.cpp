@@ -87,10 +87,14 @@ std::optional<std::string> fit_of_run(const fs::path& folder) {
 }
 
 std::string partial_record_text(const fs::path& folder) {
-  const std::optional<std::string> fit = fit_of_run(folder);
-  return fmt::format("the partial record is in {}; {}", folder.string(),
-                     fit ? fmt::format("`{}` fits it", *fit)
-                         : fmt::format("it is too short to fit, `eha plot {}` shows it", shell_word(folder.string())));
+  const std::string place = fmt::format("the partial record is in {}", folder.string());
+  if (const auto fit = fit_of_run(folder)) return fmt::format("{}; `{}` fits it", place, *fit);
+  try {
+    static_cast<void>(record::read_run(folder));
+  } catch (const Error&) {
+    return fmt::format("the run ended before its first row; {} has its log alone", folder.string());
+  }
+  return fmt::format("{}; it is too short to fit, `eha plot {}` shows it", place, shell_word(folder.string()));
 }
 
 std::optional<fs::path> recommended_model(const fs::path& folder) {

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
@@ -35,6 +36,23 @@ fs::path at_service(const fs::path& name, const fs::path& socket) {
   return !folder.empty() && fs::exists(folder / name, ignored) ? folder / name : fs::path();
 }
 
+/// What to know of a link to the latest run beside which a newer one lies: the link names the last that ended as
+/// wanted.
+std::string newer_than_latest(const fs::path& link) {
+  std::error_code ignored;
+  if (link.filename() != record::kLatestLink || !fs::is_symlink(link, ignored)) return {};
+  const fs::path target = fs::read_symlink(link, ignored);
+  std::vector<fs::path> runs;
+  try {
+    runs = record::list_runs(link.has_parent_path() ? link.parent_path() : fs::path("."));
+  } catch (const Error&) {
+    return {};  // a folder that the caller may not list
+  }
+  if (runs.empty() || runs.back().filename() <= target.filename()) return {};
+  return fmt::format("{} is {}, the last that ended as wanted; the newest run is {}", link.string(), target.string(),
+                     runs.back().string());
+}
+
 }  // namespace
 
 fs::path run_folder_of_service(const fs::path& socket) {
@@ -50,7 +68,7 @@ fs::path run_folder_of_service(const fs::path& socket) {
 NamedRun run_named(const std::string& given, const fs::path& socket) {
   std::error_code ignored;
   fs::path name = fs::path(given).lexically_normal();
-  if (fs::exists(name, ignored) || name.is_absolute()) return {given};
+  if (fs::exists(name, ignored) || name.is_absolute()) return {given, newer_than_latest(name)};
   if (!name.empty() && *name.begin() == "runs") name = name.lexically_relative("runs");
   if (name.empty()) return {given};
   if (!may_be_run(name.begin()->string()) && !record::is_run_folder("runs" / *name.begin())) return {given};
@@ -58,12 +76,13 @@ NamedRun run_named(const std::string& given, const fs::path& socket) {
   if (fs::exists(here, ignored)) {
     // A link that each folder of runs has, so that the name alone says little.
     const fs::path there = *name.begin() == "latest" ? at_service(name, socket) : fs::path();
-    if (there.empty() || fs::equivalent(here, there, ignored)) return {here.string()};
+    if (there.empty() || fs::equivalent(here, there, ignored)) return {here.string(), newer_than_latest(here)};
     return {here.string(),
             fmt::format("{} is {}; the service has another one, {}", given, here.string(), there.string())};
   }
   const fs::path there = at_service(name, socket);
-  return {there.empty() ? given : there.string()};
+  if (there.empty()) return {given};
+  return {there.string(), newer_than_latest(there)};
 }
 
 CLI::Option* takes_run_name(CLI::Option* option, ParsedLine& line) {

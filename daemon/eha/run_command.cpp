@@ -240,12 +240,16 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
       identification, written,
       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
       console);
-  warn_of_changed_valve(folder, console);
+  const bool has_changed = warn_of_changed_valve(folder, console);
   if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
-  if (const auto tune = tune_of_run(folder, command.rig_file); tune && !next) console.next_step(*tune);
+  if (has_changed && !next) {
+    console.next_step(on_local_rig(command, "eha characterise -o rig-new.toml", !command.fast));
+  } else if (const auto tune = tune_of_run(folder, command.rig_file); tune && !next) {
+    console.next_step(*tune);
+  }
   return identify::exit_code(identification.models);
 }
 

@@ -127,9 +127,13 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
                           : report_of_run(folder, "eha runs show " + shell_word(folder)));
   }
   if (code == ExitCode::ok) {
-    warn_of_changed_valve(folder, console);
+    const bool has_changed = warn_of_changed_valve(folder, console);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
-    if (const auto tune = tune_of_run(folder)) console.next_step(*tune);
+    if (has_changed) {
+      console.next_step(through(command.socket, "eha characterise -o rig-new.toml"));
+    } else if (const auto tune = tune_of_run(folder)) {
+      console.next_step(*tune);
+    }
   }
   return code;
 }

@@ -200,24 +200,6 @@ Answer shown_answer(Answer answer, const DisplayUnit& unit) {
   return answer;
 }
 
-/// Names accepted models that err clearly more than the recommended one: no check rejects them, yet others that a check
-/// rejects may err less.
-std::string worse_than_recommended(const std::vector<Model>& models, const std::string& recommended) {
-  const auto chosen = std::find_if(models.begin(), models.end(), [&](const Model& m) { return m.name == recommended; });
-  const std::optional<double> least = chosen == models.end() ? std::nullopt : largest_error(*chosen);
-  if (!least || !(*least > 0.0)) return {};
-  std::string text;
-  for (const Model& model : models) {
-    const std::optional<double> error = largest_error(model);
-    if (!model.verdict || !model.verdict->accepted || !error || !(*error > ident::kAsWell * *least)) continue;
-    text += fmt::format("{}{} {:.2g}", text.empty() ? "" : ", ", model.name, *error / *least);
-  }
-  if (text.empty()) return {};
-  const std::string sentence =
-      fmt::format("no check rejects these, but they err more than {}, by these factors: {}.", recommended, text);
-  return wrapped(sentence, 0) + "\n";
-}
-
 }  // namespace
 
 std::string wrapped(const std::string& text, std::size_t indent) {
@@ -357,9 +339,10 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());
   std::string words;
-  for (const std::string_view word : {ident::kNotNeeded, ident::kNotDetermined}) {
+  for (const std::string_view word : ident::kWordsBesideGrades) {
     if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row.back() == word; })) continue;
-    words += fmt::format("{}: {}; in a run its file lies in models/rejected.\n", word, ident::meaning_of(word));
+    const char* place = word == ident::kOutdone ? "" : "; in a run its file lies in models/rejected";
+    words += wrapped(fmt::format("{}: {}{}.", word, ident::meaning_of(word), place), 0) + "\n";
   }
   return text + "\n" +
          text_table({{"model", Align::left},
@@ -371,7 +354,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                     rows) +
          fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model") +
-         words + worse_than_recommended(models, recommendation.model);
+         words;
 }
 
 }  // namespace eha::cli

@@ -13,7 +13,7 @@ namespace eha::report {
 namespace {
 
 constexpr const char* kStyle = R"(
-:root { color-scheme: light; }
+:root { color-scheme: light dark; }
 * { box-sizing: border-box; }
 body { margin: 0; background: #fff; color: #111; font: 16px/1.45 "Liberation Sans", Arial, Helvetica, sans-serif; }
 main { max-width: 1120px; margin: 0 auto; padding: 16px; }
@@ -70,6 +70,12 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 @media (min-width: 900px) {
   .with-plot { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); column-gap: 24px; }
   .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
+}
+@media screen and (prefers-color-scheme: dark) {
+  body { background: #16181a; color: #e6e6e6; }
+  .subtitle { color: #b5b5b5; }
+  h2, .verdict, th, .missing, .stacked tr, .fraction > span:nth-last-child(2) { border-color: #e6e6e6; }
+  .plot { background: #fff; border-radius: 4px; }
 }
 @page { size: A4; margin: 14mm; }
 @media print {

@@ -19,7 +19,8 @@ namespace {
 constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines approximate rounded edges
 constexpr double kCurvedGain = 0.05;       // of a gain
 constexpr double kDeadBandSpare_V = 0.05;  // in [following], see eha-rig(5)
-constexpr double kGainOfHalf = 2.0;        // [following] has half of each gain
+constexpr const char* kGain = "gain";
+constexpr double kGainOfHalf = 2.0;  // [following] has half of each gain
 
 struct Value {
   double value = 0.0;
@@ -96,7 +97,7 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
   add({.name = "negative gain ratio", .unit = "", .rounding = kCurvedGain * ratio},
       by_model(model, Role::negative_gain_ratio), ratio, std::sqrt(2.0) * 0.01 * *share * ratio);
   const double gain = kGainOfHalf * *positive * DisplayUnit(model.output_unit).factor("in");
-  add({.name = "gain",
+  add({.name = kGain,
        .unit = fmt::format("{}/({} s)", model.output_unit, model.input_unit),
        .rounding = kCurvedGain * gain},
       gain_of(model), gain, 0.01 * *share * gain);
@@ -132,6 +133,8 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   bool first = true;
   bool null_differs = false;
   std::vector<std::string> others;
+  std::vector<std::string> changes;
+  bool only_gain = true;
   for (const Pair& pair : pairs) {
     result.seen += fmt::format("{} {} {} here and {} there{}, ", first ? "" : ";", pair.name,
                                shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit), pair.in_file);
@@ -147,14 +150,23 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
       null_differs = true;
     } else {
       others.push_back(pair.name);
+      const auto [here, there] = told_apart(pair.by_model.value, pair.by_sheet.value);
+      changes.push_back(
+          fmt::format("{} {}{}, on the sheet {}", pair.name, here, pair.unit.empty() ? "" : " " + pair.unit, there));
+      only_gain = only_gain && pair.name == kGain;
     }
   }
   result.seen += ".";
   if (!others.empty()) {
+    result.headline =
+        fmt::format("The rig is not as the valve sheet in its rig file says: {}.", fmt::join(changes, "; "));
     result.to_do = fmt::format(
-        "The valve has changed since its sheet, or is another one: {}. Measure it again with `eha characterise` before "
-        "you change anything. ",
-        fmt::join(others, ", "));
+        "{}: {}. {}Measure it again with `eha characterise` before you change anything. ",
+        only_gain ? "Valve, pump or load have changed since the sheet"
+                  : "The valve has changed since its sheet, or is another one",
+        fmt::join(others, ", "),
+        only_gain ? "Look at the supply pressure first: the gain follows the square root of what drops over the valve. "
+                  : "");
   }
   if (null_differs) {
     result.to_do +=

@@ -12,6 +12,8 @@ namespace eha::report {
 struct SheetComparison {
   std::string seen;   ///< every value of both, and whether they agree
   std::string to_do;  ///< empty if all agree
+  /// "The rig is not as its valve sheet says: ..."; empty if at most the null differs, which moves with the oil.
+  std::string headline;
 };
 
 /// Compares null, dead band, gain ratio and, for a plant that integrates, the gain of a model behind a valve with

@@ -80,7 +80,8 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   }
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;
-    remark.to_do = sheet->to_do + remark.to_do;
+    // What is compensated by numbers of which one is wrong is worse than nothing.
+    if (!sheet->to_do.empty()) remark.to_do = sheet->to_do;
   }
   return remark;
 }

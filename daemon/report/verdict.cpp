@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <regex>
 #include <string_view>
 
 #include "core/shell_word.hpp"
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
+#include "daemon/report/sheet_comparison.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -32,33 +35,47 @@ std::string percent_text(double value) {
   return fmt::format("{:.2f} %", value);
 }
 
-std::string scores_sentence(const Model& model) {
-  const ident::Score* score = unseen_score(model);
-  if (score == nullptr) {
-    return model.estimation ? fmt::format("R2 {} on the samples that estimated it; there are no others to test it on.",
-                                          percent_text(model.estimation->score.r2_percent))
-                            : "It holds no scores.";
-  }
+/// The errors, and what they are of.
+std::string error_sentence(const Model& model) {
+  const ident::Score* unseen = unseen_score(model);
+  if (unseen == nullptr && !model.estimation) return "It holds no scores.";
+  const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
   const std::string unit = ident::after_number(model.output_unit);
-  return fmt::format(
-      "On the {} samples that did not estimate it, its error is {:.2g}{} rms and {:.3g}{} at most: fit {}, R2 {} "
-      "(100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
-      score->samples, std::sqrt(score->mse), unit, std::max(std::abs(score->error_min), std::abs(score->error_max)),
-      unit, percent_text(score->fit_percent), percent_text(score->r2_percent));
+  const std::string errors = fmt::format("rms error {:.2g}{}, at most {:.3g}{}", std::sqrt(score.mse), unit,
+                                         std::max(std::abs(score.error_min), std::abs(score.error_max)), unit);
+  return unseen != nullptr
+             ? fmt::format("On the {} samples that did not estimate it: {}.", score.samples, errors)
+             : fmt::format("On the samples that estimated it: {}; there are no others to test it on.", errors);
 }
 
-/// What the grade means for who uses the model.
-std::string grade_sentence(const ident::Verdict& verdict) {
-  switch (verdict.grade) {
-    case Grade::good:
-      return verdict.reasons.empty() ? "Good: it passes every check." : "Good: it passes every check. To know:";
-    case Grade::usable:
-      return verdict.reasons.empty() ? "Usable: no check rejects it, but not all of them could be made."
-                                     : "Usable: no check rejects it, but these findings limit what it may be used for:";
-    case Grade::rejected:
-      break;
+/// The scores in percent.
+std::string scores_sentence(const Model& model) {
+  const ident::Score* unseen = unseen_score(model);
+  if (unseen == nullptr && !model.estimation) return {};
+  const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
+  return fmt::format(
+      "Fit {}, R2 {} {} (100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
+      percent_text(score.fit_percent), percent_text(score.r2_percent),
+      unseen != nullptr ? "on unseen samples" : "on the samples that estimated it");
+}
+
+/// A reason in few words: its statement, without the probability.
+std::string in_few_words(const std::string& reason) {
+  static const std::regex probability(R"( \((p|both p) [=<][^)]*\))");
+  return std::regex_replace(ident::statement_of(reason), probability, "") + ".";
+}
+
+/// What limits the use of an accepted model.
+std::string limits_html(const ident::Verdict& verdict) {
+  std::vector<std::string> limits;
+  for (const std::string& reason : verdict.reasons) limits.push_back(in_few_words(reason));
+  if (verdict.grade == Grade::good) {
+    return paragraph(limits.empty() ? "Good: it passes every check." : "Good: it passes every check. To know:") +
+           list(limits);
   }
-  return {};
+  return paragraph(limits.empty() ? "Usable: no check rejects it, but not all of them could be made."
+                                  : "Usable: no check rejects it, but these findings limit its use:") +
+         list(limits);
 }
 
 /// What to record first where the record is too short to judge the model; empty where it is long enough.
@@ -72,6 +89,13 @@ std::string longer_record(const Subject& subject, const Model& model) {
          std::string(ident::kControllerIsAGuess) + ". Then ";
 }
 
+/// In what the model says that the rig is another one than its valve sheet; empty where they agree or one is missing.
+std::string changed_valve(const Subject& subject, const Model& model) {
+  if (!model.input_map) return {};
+  const auto sheet = compare_with_sheet(subject, model);
+  return sheet ? sheet->headline : std::string();
+}
+
 /// What to do with an accepted model.
 std::string next_steps(const Subject& subject, const ReportedModel& reported) {
   // A name with line breaks could imitate another command.
@@ -79,7 +103,9 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported) {
   std::replace_if(
       file.begin(), file.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
   std::string text = "Next: ";
-  if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
+  if (const std::string changed = changed_valve(subject, reported.model); !changed.empty()) {
+    text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
+  } else if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
     text += longer;
   } else if (subject.manifest) {
     text += "`eha tune` with this run's folder makes a controller of it and says what the rod will do; ";
@@ -101,9 +127,8 @@ std::string band_sentence(const ReportedModel& reported) {
   const bool misses_input = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
     return c.kind == ident::CriterionKind::residual_input && has_failed(c);
   });
-  return text + (misses_input ? ", by standard errors that take the structure for the plant's; the input still moves "
-                                "what it leaves over, so the response can be off by more."
-                              : ".");
+  return text +
+         (misses_input ? " by intervals of the noise alone; the response can be off by what the model misses." : ".");
 }
 
 std::string unit_of(const ident::Criterion& criterion, const Model& model) {
@@ -156,18 +181,42 @@ std::string box(const char* kind, const std::string& heading, const std::string&
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
-/// What a model is, from its use to its equation.
-std::string of_model(const Subject& subject, const ReportedModel& reported) {
-  const auto& verdict = reported.model.verdict;
-  const bool is_accepted = verdict && verdict->accepted;
-  std::string html = paragraph(scores_sentence(reported.model));
-  if (const std::string band = band_sentence(reported); is_accepted && !band.empty()) html += paragraph(band);
-  if (is_accepted) {
-    html += paragraph(grade_sentence(*verdict)) + list(verdict->reasons);
-    if (const std::string sight = sight_of(reported.model, *verdict); !sight.empty()) html += paragraph(sight);
-    html += paragraph(next_steps(subject, reported));
+/// Gain, time constants and map in figures; of a fractional order the equation.
+std::string in_figures(const Model& model) {
+  const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "±"));
+  if (form.empty()) return equation(model);
+  std::string text = form;
+  if (model.input_map) {
+    const std::string unit = ident::after_number(model.input_unit);
+    text += fmt::format("; behind a valve with null {:.3f}{} and half dead band {:.3f}{}", model.input_map->null, unit,
+                        model.input_map->dead_band, unit);
   }
-  return html + equation(reported.model);
+  return paragraph(text + ".");
+}
+
+/// HTML that is closed until its heading is clicked.
+std::string folded(const char* heading, const std::string& html) {
+  return fmt::format("<details>\n<summary>{}</summary>\n{}</details>\n", escaped(heading), html);
+}
+
+/// What an accepted model is and is good for, then folded how that is known.
+std::string of_accepted(const Subject& subject, const ReportedModel& reported, const std::string& reason) {
+  const Model& model = reported.model;
+  std::string html;
+  if (const std::string changed = changed_valve(subject, model); !changed.empty()) {
+    html += "<p><strong>" + escaped(changed) + "</strong></p>\n";
+  }
+  html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model);
+  html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported));
+  std::string why = list(model.verdict->reasons);
+  if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
+  if (const std::string scores = scores_sentence(model); !scores.empty()) why += paragraph(scores);
+  return html + folded("How that is known, with figures, and what to do", why + reason + equation(model));
+}
+
+/// What a rejected model is.
+std::string of_rejected(const Model& model) {
+  return paragraph(error_sentence(model) + " " + scores_sentence(model)) + equation(model);
 }
 
 /// What the import said of the record, for a person to look at.
@@ -226,10 +275,18 @@ std::string without_models(const Subject& subject) {
              html);
 }
 
+/// The experiment that a run without a model wrote, where it did.
+std::string next_of_none(const Subject& subject) {
+  const ordered_json& next = subject.part("identification", "next_experiment", "file");
+  if (!next.is_string()) return {};
+  return paragraph(fmt::format("Next: `eha run` with {} of this run's folder, an experiment that should show more.",
+                               next.get<std::string>()));
+}
+
 /// Why the run of the record ended before its time; empty for one that completed, and without a run.
 std::string early_end(const Subject& subject) {
   const ordered_json& outcome = subject.part("outcome");
-  if (!outcome.is_string() || outcome == "completed") return {};
+  if (!outcome.is_string() || acquisition::is_whole(outcome.get<std::string>())) return {};
   const ordered_json& description = subject.part("report", "description");
   return paragraph(fmt::format("The run did not complete ({}{}); the models are of the part that was recorded.",
                                outcome.get<std::string>(),
@@ -257,7 +314,7 @@ std::string verdict(const Subject& subject) {
   }
   if (subject.has_recommendation) {
     return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
-               ended + of_model(subject, main) + reason + remarks_on_record(main.model));
+               ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
   }
   if (grade == Grade::rejected) {
     const std::vector<std::string> none;
@@ -269,11 +326,12 @@ std::string verdict(const Subject& subject) {
     if (main.model.verdict) {
       html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(reasons);
     }
-    return box("none", "No model can be used", html + remarks_on_record(main.model) + of_model(subject, main));
+    return box("none", "No model can be used",
+               html + next_of_none(subject) + remarks_on_record(main.model) + of_rejected(main.model));
   }
   const bool is_alone = subject.models.size() == 1;
   return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
-             ended + of_model(subject, main) + reason + remarks_on_record(main.model));
+             ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
 }
 
 Section models_section(const Subject& subject) {
@@ -327,12 +385,12 @@ Section models_section(const Subject& subject) {
     overview.html += paragraph("The pictures show " + shown +
                                ". `eha report` with the files of one or two other models draws those.");
   }
-  for (const std::string_view word : {ident::kNotNeeded, ident::kNotDetermined}) {
+  for (const std::string_view word : ident::kWordsBesideGrades) {
     if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row[1] == word; })) continue;
-    std::string sentence = fmt::format(
-        "{}: {}. No controller should rest on it, so in a run its file lies in "
-        "models/rejected.",
-        word, ident::meaning_of(word));
+    std::string sentence = fmt::format("{}: {}.", word, ident::meaning_of(word));
+    if (word != ident::kOutdone) {
+      sentence += " No controller should rest on it, so in a run its file lies in models/rejected.";
+    }
     sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
     overview.html += paragraph(sentence);
   }

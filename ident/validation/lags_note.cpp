@@ -46,17 +46,18 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   if (!with_input && !is_outside(model.validation->acf, 1)) return {};
   const std::string outside = "Lags outside the bounds: ";
   if (!verdict.accepted) {
-    return outside + "the error is no plain noise; why the model is rejected, its reasons say.";
+    return outside + "the error is more than white noise; why the model is rejected, its reasons say.";
   }
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
     return fmt::format(
-        "{}the error is no noise, the model lacks a part of the plant. They lower the grade to {} and do not reject "
+        "{}the error is more than white noise, the model lacks a part of the plant. They lower the grade to {} and do "
+        "not reject "
         "it, since the error is small: {}.",
         outside, text(verdict.grade), error_text(model));
   }
   if (!with_input) {
     return fmt::format(
-        "{}what is left, {}, is no plain noise, as friction, hum or drift make it; the input has no part in it.",
+        "{}what is left, {}, is more than white noise, as friction, hum or drift make it; the input has no part in it.",
         outside, error_text(model));
   }
   return fmt::format(

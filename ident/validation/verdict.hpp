@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -104,6 +105,8 @@ struct RecordFacts {
 
 inline constexpr std::string_view kNotNeeded = "not needed";
 inline constexpr std::string_view kNotDetermined = "undetermined";
+inline constexpr std::string_view kOutdone = "outdone";
+inline constexpr std::array<std::string_view, 3> kWordsBesideGrades{kOutdone, kNotNeeded, kNotDetermined};
 
 /// What to do about white noise, after a semicolon.
 inline constexpr std::string_view kAgainstNoise =
@@ -112,7 +115,8 @@ inline constexpr std::string_view kAgainstNoise =
 /// A model describes a record as well as another if its rms error is at most this many times the other's.
 inline constexpr double kAsWell = 1.5;
 
-/// The verdict in one word for tables: its grade, but for a rejected model that is wrong in nothing and describes the
+/// The verdict in one word for tables: its grade, but for an accepted model that the recommended one outdoes clearly
+/// (CriterionKind::above_recommended) kOutdone, and for a rejected model that is wrong in nothing and describes the
 /// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end, else
 /// kNotNeeded: the record hardly determines parameters, or shows that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);

@@ -71,7 +71,12 @@ std::string_view verdict_word(const Verdict& verdict) {
       verdict.grade == Grade::rejected && verdict.error_over_recommended.value_or(1.0) <= kAsWell &&
       std::any_of(all.begin(), all.end(), rejects) &&
       std::all_of(all.begin(), all.end(), [&](const Criterion& c) { return !rejects(c) || asks_too_much(c); });
-  if (!is_right_otherwise) return text(verdict.grade);
+  if (!is_right_otherwise) {
+    const bool is_outdone = verdict.grade != Grade::rejected && std::any_of(all.begin(), all.end(), [](const auto& c) {
+                              return c.kind == CriterionKind::above_recommended && has_failed(c);
+                            });
+    return is_outdone ? kOutdone : text(verdict.grade);
+  }
   return std::any_of(all.begin(), all.end(), is_unbounded) ? kNotDetermined : kNotNeeded;
 }
 
@@ -81,6 +86,9 @@ std::string_view meaning_of(std::string_view verdict_word) {
   }
   if (verdict_word == kNotDetermined) {
     return "describes the record, which determines a combination of its parameters, not each of them";
+  }
+  if (verdict_word == kOutdone) {
+    return "no check rejects it, but the recommended model describes the record clearly better";
   }
   return {};
 }

@@ -73,19 +73,21 @@ TEST(ShortReport, GivesWhyAModelWasChosenInThreeLines) {
   EXPECT_NE(recommendation_text(answer, {}).find("confirm this choice"), std::string::npos);
 }
 
-TEST(ShortReport, NamesAcceptedModelsThatErrClearlyMore) {
+TEST(ShortReport, CallsAnAcceptedModelOutdoneThatTheRecommendedOneBeatsClearly) {
   Answer answer = answer_with("");
-  answer.models[0].validation->score.error_max = 0.1;
-  answer.models[0].validation->score.error_min = -0.1;
-  const auto factors = [](const Answer& of) { return short_report(of, {}).find("by these factors: worse 3."); };
-  EXPECT_EQ(factors(answer), std::string::npos);
   answer.models.push_back(answer.models[0]);
   answer.models[1].name = "worse";
-  answer.models[1].validation->score.error_max = 0.3;
-  EXPECT_NE(factors(answer), std::string::npos) << short_report(answer, {});
-  answer.models[1].verdict->accepted = false;
-  answer.models[1].verdict->grade = ident::Grade::rejected;
-  EXPECT_EQ(factors(answer), std::string::npos) << short_report(answer, {});
+  ident::Verdict& verdict = *answer.models[1].verdict;
+  verdict.accepted = true;
+  verdict.grade = ident::Grade::usable;
+  EXPECT_EQ(short_report(answer, {}).find("outdone"), std::string::npos);
+  verdict.criteria.push_back(
+      {.kind = ident::CriterionKind::above_recommended, .value = 602.0, .limit = 10.0, .passed = false});
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("  outdone\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("outdone: no check rejects it, but"), std::string::npos) << text;
+  verdict.grade = ident::Grade::rejected;
+  EXPECT_EQ(short_report(answer, {}).find("outdone"), std::string::npos) << "rejected says more";
 }
 
 TEST(ShortReport, CountsModelsThatAreNotAcceptedByTheWordOfTheTable) {

@@ -179,7 +179,7 @@ TEST(Page, SaysBesideNullAndDeadBandThatTheyAreNotTheValvesAndCompensatesNothing
       << box;
   EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos);
   EXPECT_NE(html.find("Compensate nothing by these numbers"), std::string::npos);
-  const std::string sound = page_with_nulls(0.07, 0.01);
+  const std::string sound = page_with_nulls(0.037, 0.01);
   EXPECT_EQ(sound.find("not the valve&#39;s"), std::string::npos);
   EXPECT_NE(sound.find("A controller can compensate it: add"), std::string::npos);
 }
@@ -213,6 +213,21 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
   EXPECT_NE(html.find("V there (dead_band_V = 0.2 with 0.05 V to spare), they differ"), std::string::npos) << html;
   EXPECT_EQ(html.find("Trust the valve sheet"), std::string::npos);
   EXPECT_NE(html.find("mm/(V s) there, they agree"), std::string::npos);
+  const std::string box = html.substr(0, html.find("<details"));
+  EXPECT_NE(
+      box.find("<strong>The rig is not as the valve sheet in its rig file says: half dead band 0.21 V, on the sheet "
+               "0.15.</strong>"),
+      std::string::npos)
+      << box;
+  EXPECT_NE(box.find("Next: <code>eha characterise</code>"), std::string::npos) << box;
+  EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos) << "by which of the two?";
+
+  (*subject.manifest)["rig"]["following"]["dead_band_V"] = 0.26;
+  (*subject.manifest)["rig"]["following"]["gain_positive_in_per_V_s"] = 0.1;
+  (*subject.manifest)["rig"]["following"]["gain_negative_in_per_V_s"] = 0.088;
+  const std::string weaker = page_of(subject).html;
+  EXPECT_NE(weaker.find("says: gain 3.8 mm/(V s), on the sheet 5.1."), std::string::npos) << weaker.substr(0, 8000);
+  EXPECT_NE(weaker.find("Look at the supply pressure first"), std::string::npos);
 }
 
 TEST(Page, SaysThatASmallErrorIsNoNoise) {
@@ -325,7 +340,8 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find(">R2, validation</td>"), std::string::npos);
   EXPECT_NE(html.find(">%</td>"), std::string::npos);
   EXPECT_NE(html.find(">validation_r2_percent</td>"), std::string::npos);
-  EXPECT_NE(html.find("by standard errors that take the structure for the plant&#39;s"), std::string::npos);
+  EXPECT_NE(html.find("by intervals of the noise alone; the response can be off by what the model misses"),
+            std::string::npos);
   EXPECT_NE(html.find("its file lies in models/rejected"), std::string::npos);
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
 }
@@ -336,7 +352,7 @@ TEST(Page, SaysWhatAModelIsGoodForBeforeItsEquationAndWhatToDoNext) {
   subject.models[0].model.output_unit = "in";
   subject.models[0].model.validation->score.r2_percent = 99.998;
   const std::string html = page_of(subject).html;
-  const std::size_t error = html.find("its error is 0.01 in rms and 0.05 in at most");
+  const std::size_t error = html.find("rms error 0.01 in, at most 0.05 in");
   ASSERT_NE(error, std::string::npos);
   EXPECT_NE(html.find("R2 above 99.99 %"), std::string::npos) << "no model is perfect";
   const std::size_t grade = html.find("Usable: no check rejects it");
@@ -366,7 +382,11 @@ TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
   subject.has_recommendation = true;
   subject.models.push_back({model_named("io3", ident::Grade::rejected, 95.0), "models/rejected/io3.json"});
   const std::string html = page_of(subject).html;
-  const std::size_t first_fold = html.find("<details");
+  const std::size_t box_fold = html.find("<details");
+  EXPECT_LT(html.find("Recommended model: io"), box_fold);
+  EXPECT_LT(html.find("Next: "), box_fold);
+  EXPECT_GT(html.find("class=\"equation\""), box_fold) << "the figures come before";
+  const std::size_t first_fold = html.find("<details", box_fold + 1);
   ASSERT_NE(first_fold, std::string::npos);
   EXPECT_EQ(html.find("<details class=\"section\" open"), std::string::npos);
   for (const char* open : {"Recommended model: io", "<h2>Over time</h2>", "<h2>Models</h2>"}) {
@@ -381,6 +401,19 @@ TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
   ended.manifest.emplace();
   (*ended.manifest)["outcome"] = "faulted";
   EXPECT_EQ(page_of(ended).html.find("<details"), std::string::npos);
+}
+
+TEST(Page, SaysReasonsInFewWordsBeforeTheirFigures) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.models[0].model.verdict->reasons = {
+      "The input still moves what the model leaves over (p = 0.0066, lags up to 20): a part of the plant may be "
+      "missing; "
+      "ignore it where an error of 0.01 in (rms) does not matter."};
+  const std::string html = page_of(subject).html;
+  const std::size_t few = html.find("leaves over: a part of the plant may be missing.");
+  ASSERT_NE(few, std::string::npos) << html.substr(0, html.find("</section>"));
+  EXPECT_LT(few, html.find("<details"));
+  EXPECT_GT(html.find("p = 0.0066"), html.find("<details"));
 }
 
 TEST(Page, CallsAnIntervalALeastOneWhereAPartMayBeMissing) {
