@@ -144,6 +144,10 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
   FoundRecords found;
   std::vector<Record>& records = found.records;
   std::set<fs::path> seen;
+  std::error_code ignored;
+  if (sources.size() == 1 && !fs::exists(sources.front(), ignored)) {
+    throw UsageError(sources.front() + ": no such file or folder");
+  }
   for (const std::string& source : sources) {
     for (const fs::path& path : records_named_by(source, found.skipped)) {
       if (!seen.insert(path.lexically_normal()).second) continue;

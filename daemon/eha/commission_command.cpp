@@ -97,6 +97,12 @@ class Commissioning {
 
   ExitCode execute() {
     refuse_what_does_not_fit();
+    if (state_.has("track")) {
+      CommissionOptions anew = command_;
+      anew.folder += "-2";
+      console_.info(fmt::format("{} is finished; nothing is measured again, for that: {}", state_.folder().string(),
+                                again(anew)));
+    }
     try {
       prepare();
       measure_valve();
@@ -122,6 +128,13 @@ class Commissioning {
   void refuse_what_does_not_fit() const {
     if (hal::moves_machine(rig_.backend) && command_.yes) {
       throw UsageError(fmt::format("--yes: {} moves a machine, which is commissioned attended", command_.rig_file));
+    }
+    if (const std::string file = fs::weakly_canonical(command_.rig_file).string();
+        file.starts_with("/usr/") && !file.starts_with("/usr/local/")) {
+      throw UsageError(
+          fmt::format("{}: belongs to a package; the measured numbers are written into the rig file: cp {} . and "
+                      "commission the copy",
+                      command_.rig_file, shell_word(command_.rig_file)));
     }
     const std::string known = state_.rig_sha256();
     if (known.empty()) return;

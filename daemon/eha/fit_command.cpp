@@ -132,27 +132,44 @@ std::vector<fs::path> write(const Identification& identification, const FitComma
   return {};
 }
 
-/// Models of two records in one folder would be reported as fits of one.
-/// @throws UsageError  the output folder holds a model of another record
-void require_own_folder(const FitCommand& command, const Source& source) {
-  if (!command.output) return;
+/// A model of another record in a folder.
+struct OtherModel {
+  std::string file;
+  std::string record;
+};
+
+std::optional<OtherModel> model_of_other_record(const fs::path& folder, const Source& source) {
   std::error_code ignored;
-  for (const auto& file : fs::directory_iterator(*command.output, ignored)) {
+  for (const auto& file : fs::directory_iterator(folder, ignored)) {
     if (file.path().extension() != ".json" || !file.is_regular_file(ignored)) continue;
     try {
       const ident::Model model = ident::model_from_text(os::read_file(file.path()), file.path().string());
       const std::string record = record_of(model);
-      if (record.empty() || record == source.name) continue;
-      throw UsageError(
-          fmt::format("-o {}: {} there is a model of another record, {}, and a report would take both for models of "
-                      "one; name another folder with -o",
-                      command.output->string(), file.path().filename().string(), record));
-    } catch (const UsageError&) {
-      throw;
+      if (!record.empty() && record != source.name) return OtherModel{file.path().filename().string(), record};
     } catch (const Error&) {
       continue;  // not a model file
     }
   }
+  return std::nullopt;
+}
+
+/// "models", or "models-bench" where that has models of another record.
+std::string folder_to_offer(const FitCommand& command, const Source& source) {
+  if (!model_of_other_record("models", source)) return "models";
+  return "models-" + fs::path(command.source).stem().string();
+}
+
+/// Models of two records in one folder would be reported as fits of one.
+/// @throws UsageError  the output folder holds a model of another record
+void require_own_folder(const FitCommand& command, const Source& source) {
+  if (!command.output) return;
+  const auto other = model_of_other_record(*command.output, source);
+  if (!other) return;
+  throw UsageError(fmt::format(
+      "-o {}: {} there is a model of another record, {}, and a report would take both for models of one; name another "
+      "folder, for instance -o {}",
+      command.output->string(), other->file, other->record,
+      shell_word(command.output->string() + "-" + fs::path(command.source).stem().string())));
 }
 
 /// Returns the command that fits the part of the record beside an end stop; none if no model met one, and of a record
@@ -161,7 +178,8 @@ std::optional<std::string> cut_command(const FitCommand& command, const Source& 
                                        const Identification& identification) {
   const auto stop = identify::end_stop_of(identification);
   if (!stop || command.import.from_s || command.import.to_s) return std::nullopt;
-  const std::string folder = command.output || source.run_folder ? std::string() : " -o models";
+  const std::string folder =
+      command.output || source.run_folder ? std::string() : " -o " + shell_word(folder_to_offer(command, source));
   return importer::command_with(command.import, command.source, ident::cut_options(*stop) + folder);
 }
 
@@ -187,7 +205,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
   }
   if (best) return "eha report " + shell_word(command.output->string()) + "/*.json";
-  return importer::command_with(command.import, command.source, "-o models");
+  return importer::command_with(command.import, command.source, "-o " + shell_word(folder_to_offer(command, source)));
 }
 
 // For each kind of experiment: runs the computation that its record is for instead of a fit. @returns none: models are

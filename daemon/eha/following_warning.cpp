@@ -95,17 +95,19 @@ void say_map_note(const ident::Model& model, const Console& console) {
 }
 
 bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
-  const auto say_note = [&] {
-    if (!found.note.empty()) console.warning(fmt::format("of {}: {}", found.source, found.note));
-  };
   if (!rig.limits.following) {
-    say_note();
+    if (!found.note.empty()) console.warning(fmt::format("of {}: {}", found.source, found.note));
     return false;
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
   if (agreement == tune::FollowingAgreement::one_valve) {
-    say_note();
+    if (!found.note.empty()) {
+      console.info(
+          fmt::format("the rod moves within the dead band of {}, as where oil leaks past the piston or friction "
+                      "bends the edges; [following] of {} has the same null and dead band all the same",
+                      found.source, rig.file_name));
+    }
     return false;
   }
   if (agreement == tune::FollowingAgreement::within_map_error) {

@@ -41,9 +41,11 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
   if (!is_small && rehearsal.still_offset_V) {
     remedy = fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V);
   } else if (!is_small && rehearsal.offset_has_no_room) {
-    remedy = "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])";
-    if (rehearsal.chance_of_trip < kWarnedChanceOfTrip)
-      remedy += ", but it stays clear of the limits: it may be played as it is";
+    remedy =
+        rehearsal.chance_of_trip < kWarnedChanceOfTrip
+            ? "; it stays clear of the limits and may be played as it is. The command limits leave no room for the "
+              "offset_V that stops the drift; lower amplitudes or [hold] do"
+            : "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])";
   }
   // The loop stops a rod early enough before a limit that it comes to rest there.
   const bool may_trip = rehearsal.chance_of_trip >= kWarnedChanceOfTrip;

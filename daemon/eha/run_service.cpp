@@ -245,7 +245,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     connected.emplace(command.socket);
   } catch (const DeviceError& error) {
     throw DeviceError(fmt::format(
-        "{}. Only where ehad drives no rig: eha run --local plays an experiment in this process", error.what()));
+        "{}. Only where ehad drives no rig: the same command with --local plays it in this process", error.what()));
   }
   Client& client = *connected;
   const Json status = client.call("status");

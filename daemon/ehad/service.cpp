@@ -67,7 +67,7 @@ Service::Service(const Options& options)
           },
           [this](uid_t uid) { return names_.name(uid); }) {
   loop_.add(signals_.get(), EPOLLIN, [this](std::uint32_t) { on_signal(); });
-  spdlog::info("listening at {}; the rig is faulted until somebody arms it", options.socket.string());
+  spdlog::info("listening at {}; the rig is not armed", options.socket.string());
 }
 
 Service::~Service() { loop_.remove(signals_.get()); }

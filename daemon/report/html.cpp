@@ -158,14 +158,6 @@ std::string equation(const Model& model) {
         model.verdict && may_miss_a_part(*model.verdict)
             ? ", of noise alone; at least, as a part of the plant that the model misses adds an error of its own"
             : "");
-    if (const std::optional<double> shift = ident::map_shift(model)) {
-      html += fmt::format(
-          "<br><strong>Null and half dead band are the fit&#39;s, not the valve&#39;s: each may be up to {:.2g} {} "
-          "off.</strong> "
-          "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; the "
-          "valve&#39;s own are on the sheet of eha characterise",
-          *shift, input_unit);
-    }
   } else {
     html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
   }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
@@ -20,6 +21,7 @@ constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines a
 constexpr double kCurvedGain = 0.05;       // of a gain
 constexpr double kDeadBandSpare_V = 0.05;  // in [following], see eha-rig(5)
 constexpr const char* kGain = "gain";
+constexpr const char* kHalfDeadBand = "half dead band";
 constexpr double kGainOfHalf = 2.0;  // [following] has half of each gain
 
 struct Value {
@@ -87,7 +89,7 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
     in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, kDeadBandSpare_V);
     dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
   }
-  add({.name = "half dead band", .unit = model.input_unit, .rounding = rounding, .in_file = in_file},
+  add({.name = kHalfDeadBand, .unit = model.input_unit, .rounding = rounding, .in_file = in_file},
       by_model(model, Role::dead_band), dead_band, sheet("dead_band_uncertainty_V"));
   const auto positive = sheet("gain_positive_in_per_V_s");
   const auto negative = sheet("gain_negative_in_per_V_s");
@@ -135,6 +137,11 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   std::vector<std::string> others;
   std::vector<std::string> changes;
   bool only_gain = true;
+  const auto is_near = [](const Pair& pair) { return pair.apart() <= config::kSameValve_V; };
+  const auto edges = std::count_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+    return (pair.is_null || pair.name == kHalfDeadBand) && pair.unit == "V" && is_near(pair);
+  });
+  result.confirms_edges = edges == 2;
   for (const Pair& pair : pairs) {
     result.seen += fmt::format("{} {} {} here and {} there{}, ", first ? "" : ";", pair.name,
                                shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit), pair.in_file);

@@ -17,6 +17,7 @@
 #include "daemon/report/sheet_comparison.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
@@ -181,6 +182,25 @@ std::string box(const char* kind, const std::string& heading, const std::string&
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
+/// What to know of a map in whose dead band the rod moves; empty where its valve's sheet confirms it.
+std::string caution_of_map(const Subject& subject, const Model& model) {
+  const std::optional<double> shift = model.input_map ? ident::map_shift(model) : std::nullopt;
+  if (!shift) return {};
+  const auto sheet = compare_with_sheet(subject, model);
+  if (sheet && sheet->confirms_edges) {
+    return paragraph(
+        "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; the "
+        "valve "
+        "sheet has the same null and dead band all the same.");
+  }
+  return fmt::format(
+      "<p><strong>Null and half dead band are the fit&#39;s, not the valve&#39;s: each may be up to {:.2g} {} "
+      "off.</strong> The rod moves within that dead band, as where oil leaks past the piston or friction bends the "
+      "edges; "
+      "the valve&#39;s own are on the sheet of <code>eha characterise</code>.</p>\n",
+      *shift, escaped(model.input_unit));
+}
+
 /// Gain, time constants and map in figures; of a fractional order the equation.
 std::string in_figures(const Model& model) {
   const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "±"));
@@ -206,7 +226,8 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   if (const std::string changed = changed_valve(subject, model); !changed.empty()) {
     html += "<p><strong>" + escaped(changed) + "</strong></p>\n";
   }
-  html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model);
+  html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model) +
+          caution_of_map(subject, model);
   html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported));
   std::string why = list(model.verdict->reasons);
   if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
