@@ -253,8 +253,14 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());
   const auto of_another =
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
-  out.findings.heading = fmt::format("{} of {} models are of another plant", of_another, scored.size());
-  out.findings.is_alike = of_another == 0;
+  const auto unknown =
+      std::count_if(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "unknown"; });
+  out.findings.heading = of_another > 0       ? fmt::format("{} of {} {} of another plant", of_another, scored.size(),
+                                                      scored.size() == 1 ? "model is" : "models are")
+                         : unknown > 0        ? "Not shown whether every model is of this record's plant"
+                         : scored.size() == 1 ? std::string("The model is of this record's plant")
+                                              : fmt::format("All {} models are of this record's plant", scored.size());
+  out.findings.is_alike = of_another == 0 && unknown == 0;
   out.findings.is_one_record = true;
   if (of_another > 0) {
     out.findings.to_do =
@@ -262,7 +268,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         "model's own record. A null or dead band that moved is the valve's or a leak's (eha characterise), a gain the "
         "supply pressure's, the valve's or a leak's.";
   } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
-    out.findings.to_do = "Nothing: take the model of the least error.";
+    out.findings.to_do =
+        "Nothing: each model describes this record. Of models of one record `eha report` with their files recommends "
+        "one, as it "
+        "weighs error against number of parameters.";
   }
   out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
   out.text += text_table({{"model"},

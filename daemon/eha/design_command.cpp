@@ -7,12 +7,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
+#include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/flat_design.hpp"
@@ -69,6 +72,14 @@ ExitCode execute(const DesignCommand& command, Console& console) {
         "--improve NAME");
   }
   const std::string& experiment_file = *command.experiment_file;
+  if (command.output && command.output->extension() != ".csv" && command.output->extension() != ".txt") {
+    const std::string csv = shell_word(std::filesystem::path(*command.output).replace_extension(".csv").string());
+    throw UsageError(
+        fmt::format("-o {0}: the volts are written as CSV; a picture of them: eha design {1} -o {2} && eha plot {2} "
+                    "-o {3}",
+                    command.output->string(), shell_word(experiment_file), csv,
+                    shell_word(std::filesystem::path(*command.output).replace_extension(".png").string())));
+  }
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   const config::PreparedExperiment prepared = config::load_prepared_experiment(experiment_file, rig);
   const config::ExperimentConfig& experiment = prepared.config;

@@ -119,8 +119,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   subject.title = title;
   subject.lead_html = lead_html;
   if (lead_html.empty()) {
-    subject.lead_html = report::paragraph(
-        fmt::format("The promise is {}kept: {}.", result.is_kept() ? "" : "not ", track::kept_text(result)));
+    subject.lead_html = report::paragraph(fmt::format("{}.", track::kept_text(result)));
   }
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();

@@ -28,7 +28,9 @@ struct Kind {
 };
 
 constexpr Kind kRig{"a rig file", "backend, [limits]", "--rig and `eha check` take it"};
-constexpr Kind kExperiment{"an experiment file", "[excitation], duration_s", "`eha run` and `eha check` take it"};
+constexpr Kind kExperiment{
+    "an experiment file", "[excitation], duration_s",
+    "`eha run` and `eha check` take it, `eha design EXPERIMENT -o volts.csv` writes what `eha plot` draws"};
 constexpr Kind kController{"a controller file", "[feedback], [promise]",
                            "`eha track`, `eha plot` and `eha export` take it"};
 constexpr Kind kModel{"a model file", "JSON of `eha fit`",

@@ -196,6 +196,12 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
         "other amplitudes or tones make them on an unchanged plant; record the model's experiment again and compare "
         "the two runs (eha compare)",
         ratio);
+  } else if (!scored.of_another_plant && ratio > kFarError) {
+    scored.cannot_tell = fmt::format(
+        "its error is {:.2g} times that on its own record, yet no parameter of it is shown to differ: friction, a leak "
+        "or "
+        "a load do that, or a null that is off within its interval; fit a model to this record before you rely on one",
+        ratio);
   }
 }
 

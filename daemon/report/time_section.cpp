@@ -93,8 +93,11 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   if (percent < kNegligible_percent) {
     const std::string systematic = systematic_text(model, grows);
     remark.to_do =
-        drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times than this "
-                 "record, record longer."
+        model.verdict && !model.verdict->accepted
+            ? std::string(
+                  "The error is small beside the motion; the box above says why the model is rejected all the same.")
+        : drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times than this "
+                   "record, record longer."
         : systematic.empty()
             ? "Nothing."
             : fmt::format(

@@ -86,40 +86,51 @@ std::string answer_box(const ControllerSubject& subject) {
       if (figure.kept == "no") not_kept.push_back(figure.name);
     }
   }
-  std::string html;
-  if (!not_kept.empty()) {
-    html += report::paragraph(fmt::format("The rig did not keep: {}.", fmt::join(not_kept, ", ")));
-  }
-  html += report::paragraph(fmt::format(
+  std::string promise = report::paragraph(fmt::format(
       "Promised on {} drawn rigs: while the rod moves it is within {} {} of the reference (RMS {}), at rest "
       "within {} {}.",
       p.twins, at_most(factor * p.following_worst_in.upper), in, at_most(factor * p.following_rms_in.upper),
       at_most(factor * p.rest_error_in.upper), in));
   const double step = factor * std::abs(ident::trial_plan(c.settings).step);
   const std::optional<double> rise = rise_s(subject);
-  html += report::paragraph(fmt::format(
+  promise += report::paragraph(fmt::format(
       "A step of {:.3g} {}{}: the rod settles within 2 % of it at most {} s after the reference arrives, and "
       "overshoots by at most {} {}. The reference moves at up to {:.3g} {}/s and {:.3g} {}/s^2.",
       step, in, rise ? fmt::format(" takes {:.2g} s from 10 to 90 % on the twin", *rise) : std::string(),
       at_most(p.settling_s.upper), at_most(factor * p.overshoot_in.upper), in, factor * c.settings.reference.velocity,
       in, factor * c.settings.reference.acceleration, in));
-  html += report::paragraph(margins(p));
+  promise += report::paragraph(margins(p));
   if (const std::vector<std::string> limits = lines_of(p.remarks); !limits.empty()) {
-    html += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
+    promise += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
   }
-  html += report::paragraph(
-      !not_kept.empty() ? "Next: `eha characterise` measures the valve again, then `eha tune`."
-      : subject.measured
+  const std::string name =
+      fmt::format("{} controller \"{}\"", upper_case(std::string(ident::text(c.settings.kind))), c.name);
+  if (!not_kept.empty()) {
+    std::vector<std::string> shows;
+    for (const std::string& change : subject.measured->changes)
+      shows.push_back("The moving rod shows: " + change + ".");
+    return fmt::format(
+        "<section class=\"verdict none\"><h2>{}</h2>\n{}{}{}<details>\n<summary>What was promised</summary>\n{}"
+        "</details>\n</section>\n",
+        report::escaped(fmt::format("{}: the promise is not kept", name)),
+        report::paragraph(
+            fmt::format("The rig did not keep: {}; the table below has what was measured.", fmt::join(not_kept, ", "))),
+        report::list(shows),
+        report::paragraph(
+            "Next: `eha characterise` measures the valve again, then `eha tune` makes a controller of it."),
+        promise);
+  }
+  promise += report::paragraph(
+      subject.measured
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
           : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
             "then `eha export` with `--format st` (or c, simulink) writes it for a PLC.");
   return fmt::format(
-      "<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", not_kept.empty() ? "some" : "none",
-      report::escaped(fmt::format("{} controller \"{}\": error within {} {} while it moves, {} {} at rest",
-                                  upper_case(std::string(ident::text(c.settings.kind))), c.name,
-                                  at_most(factor * p.following_worst_in.upper), in,
-                                  at_most(factor * p.rest_error_in.upper), in)),
-      html);
+      "<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
+      report::escaped(fmt::format(
+          "{}: {}error within {} {} while it moves, {} {} at rest", name, subject.measured ? "promise kept, " : "",
+          at_most(factor * p.following_worst_in.upper), in, at_most(factor * p.rest_error_in.upper), in)),
+      promise);
 }
 
 }  // namespace eha::tune

@@ -323,18 +323,15 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
                         row[4], figure.kept});
     }
   }
-  std::vector<std::string> changes;
-  for (const std::string& change : trial.changes) changes.push_back("The moving rod shows: " + change + ".");
   report::Section section{.title = "On the rig"};
   section.items.push_back({.heading = "Measured beside promised, run " + trial.run,
                            .html = report::table({{"figure", Column::text},
                                                   {"measured", Column::number},
-                                                  {"noise adds to", Column::number},
+                                                  {"of it noise", Column::number},
                                                   {"promised", Column::number},
                                                   {"unit", Column::text},
                                                   {"kept", Column::text}},
-                                                 rows) +
-                                   report::list(changes)});
+                                                 rows)});
   report::Item item{.heading = "The trial on the rig"};
   item.figure = motion_figure(trial.trace, item.heading, unit);
   item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";

@@ -61,10 +61,14 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
     EXPECT_NE(html.find(told), std::string::npos) << told << " in " << html;
   }
   subject.measured.emplace().figures = {{.name = "following error, worst", .value = 0.1, .unit = "in", .kept = "no"}};
+  subject.measured->changes = {"half dead band 0.22 V instead of 0.15 V"};
   html = answer_box(subject);
   EXPECT_EQ(html.rfind("<section class=\"verdict none\">", 0), 0U) << html;
-  EXPECT_NE(html.find("The rig did not keep: following error, worst."), std::string::npos) << html;
-  EXPECT_NE(html.find("Next: <code>eha characterise</code>"), std::string::npos) << html;
+  EXPECT_NE(html.find("The rig did not keep: following error, worst;"), std::string::npos) << html;
+  EXPECT_NE(html.find("<h2>P controller &quot;axis&quot;: the promise is not kept</h2>"), std::string::npos) << html;
+  EXPECT_GT(html.find("Promised on 50 drawn rigs"), html.find("<details>")) << "what was promised is no answer";
+  EXPECT_LT(html.find("half dead band 0.22 V instead of 0.15 V"), html.find("Next: <code>eha characterise</code>"))
+      << html;
 }
 
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {
