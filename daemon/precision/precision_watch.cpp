@@ -53,7 +53,7 @@ PrecisionWatch::PrecisionWatch(const config::ExperimentConfig& experiment, const
       programs_{program("eha-worker"), program("eha")} {}
 
 void PrecisionWatch::note(int repetitions) {
-  if (is_reached() || judged() == std::numeric_limits<int>::max()) return;
+  if (is_reached() || judged() == std::numeric_limits<int>::max() || repetitions < kLeastRepetitions) return;
   try {
     if (process_) {
       const std::optional<worker::WorkerEnd> end = process_->poll();

@@ -17,6 +17,9 @@ namespace eha::precision {
 /// Folder within a run for the model of the rows so far.
 inline constexpr const char* kPrecisionFolder = "precision";
 
+/// No run ends before as many repetitions: a gain may be known from one, but its models cannot be judged.
+inline constexpr int kLeastRepetitions = 3;
+
 /// Returns half of the 95 % interval of K in the model of a run's rows so far, as a share of K [%]; infinite if the run
 /// has no such model, or the model no interval.
 /// @throws ConfigError, IoError, PermissionError  as ident::model_from_text, os::read_file
