@@ -52,7 +52,10 @@ std::string fit_text(const Model& model) {
   const auto score = shown_score(model);
   if (!score) return "no figures";
   std::string text = fmt::format("fit {:.1f} %, R2 {:.2f} %", score->fit_percent, score->r2_percent);
-  if (!has_unseen(model)) return text + "; nothing was left unseen (--split 1)";
+  if (!has_unseen(model)) {
+    const bool rests = model.verdict && model.verdict->judging_part_rests;
+    return text + (rests ? "; the part that would judge is at rest" : "; nothing was left unseen (--split 1)");
+  }
   const auto& again = model.validation->offset_reestimated;
   if (again && std::abs(again->fit_percent - score->fit_percent) > kSameFit) {
     text += fmt::format(" (fit {:.1f} % with the offset estimated anew)", again->fit_percent);

@@ -18,6 +18,7 @@
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/estimation/judging_part.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/excitation/excitation.hpp"
@@ -75,7 +76,8 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
   return {.interpolated_percent = task.interpolated_percent,
           .noise_std = task.noise_std,
           .lacks_periods = task.lacks_periods,
-          .beside_ladder = task.structures.empty()};
+          .beside_ladder = task.structures.empty(),
+          .judging_part_rests = task.judging_part_rests};
 }
 
 /// Fits one structure and measures the duration.
@@ -392,6 +394,10 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   if (is_paper && named.structures.empty()) named.structures = published_structures();
   named.excited = excited_lines_of(source);
   named.remarks = source.remarks;
+  if (!is_paper && ident::judging_part_rests(task.record, task.options)) {
+    named.options.split = 1.0;
+    named.judging_part_rests = true;
+  }
   const auto piece = piece_remark(task);
   if (piece) named.remarks.push_back(*piece);
   std::vector<std::string> notes;
@@ -414,7 +420,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.structures = compared_structures(named, identification);
     identification.cross_validation = cross_validate(named, progress);
   }
-  identification.fit_table = fit_table(task.record, task.options, identification.models);
+  identification.fit_table = fit_table(task.record, named.options, identification.models);
   ident::FitOptions paper_options = task.options;
   paper_options.procedure = ident::Procedure::paper;
   identification.paper_fit_table = fit_table(task.record, paper_options, identification.paper);

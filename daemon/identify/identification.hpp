@@ -35,6 +35,7 @@ struct IdentificationTask {
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.
   std::optional<double> noise_std = {};
   bool lacks_periods = false;                                 ///< as RecordFacts
+  bool judging_part_rests = false;                            ///< as in ident::Verdict; the split is 1 then
   ident::Intersample intersample = ident::Intersample::held;  ///< how `record` was made
 };
 

@@ -27,12 +27,13 @@ std::string design_command(const Source& source, const WeakParameter& weak) {
                      shell_word((folder / (weak.model + ".json")).string()), shell_quoted(weak.parameter));
 }
 
-/// Whether the record is too short to judge the recommended model.
-bool is_too_short_for(const Identification& identification) {
-  return std::any_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
+/// The verdict on the recommended model; null without one.
+const ident::Verdict* verdict_on_recommended(const Identification& identification) {
+  for (const IdentifiedModel& one : identification.models) {
     const ident::Model& model = one.result.model;
-    return model.name == identification.recommendation.model && model.verdict && needs_longer_record(*model.verdict);
-  });
+    if (model.name == identification.recommendation.model && model.verdict) return &*model.verdict;
+  }
+  return nullptr;
 }
 
 }  // namespace
@@ -68,11 +69,13 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
 }
 
 void add_longer_experiment(const Source& source, Identification& identification) {
-  if (!is_too_short_for(identification)) return;
+  const ident::Verdict* verdict = verdict_on_recommended(identification);
+  if (verdict == nullptr || !(verdict->judging_part_rests || needs_longer_record(*verdict))) return;
   identification.next_experiment = longer_experiment(source);
   if (auto& next = identification.next_experiment) {
-    next->reason =
-        fmt::format("the record is too short to judge {}; {}", identification.recommendation.model, next->reason);
+    next->reason = fmt::format("{} judge {}; {}",
+                               verdict->judging_part_rests ? "nothing in the record can" : "the record is too short to",
+                               identification.recommendation.model, next->reason);
   }
 }
 

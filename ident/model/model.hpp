@@ -244,6 +244,8 @@ struct Verdict {
   /// there is no such band, or it is unknown.
   std::optional<FrequencyInterval> usable_band = {};
   bool beside_ladder = false;  ///< every structure of the ladder was fitted to the record, too
+  /// Input and output rest in the part of the record that would judge, so that all of it estimated the model.
+  bool judging_part_rests = false;
   /// The verdict in one word, for tables; see verdict_word(). Empty in files of earlier versions.
   std::string word = {};
   /// Another accepted model of the record, which leaves nothing over that the input moves; empty: none.

@@ -307,11 +307,12 @@ Grade read_grade(const Node& node) {
 
 Verdict read_verdict(const Node& node) {
   const Node object = node.object({"accepted", "grade", "criteria", "reasons", "usable_band_Hz", "beside_ladder",
-                                   "word", "explained_by", "error_over_recommended"});
+                                   "judging_part_rests", "word", "explained_by", "error_over_recommended"});
   Verdict verdict;
   object.at("accepted").read(verdict.accepted);
   object.read("reasons", verdict.reasons);
   object.read("beside_ladder", verdict.beside_ladder);
+  object.read("judging_part_rests", verdict.judging_part_rests);
   object.read("word", verdict.word);
   object.read("explained_by", verdict.explained_by);
   if (object.has("error_over_recommended")) {

@@ -106,6 +106,7 @@ OrderedJson verdict_to_json(const Verdict& verdict) {
     object["usable_band_Hz"] = {verdict.usable_band->lowest_Hz, verdict.usable_band->highest_Hz};
   }
   if (verdict.beside_ladder) object["beside_ladder"] = true;
+  if (verdict.judging_part_rests) object["judging_part_rests"] = true;
   if (!verdict.word.empty()) object["word"] = verdict.word;
   if (!verdict.explained_by.empty()) object["explained_by"] = verdict.explained_by;
   if (verdict.error_over_recommended) object["error_over_recommended"] = *verdict.error_over_recommended;

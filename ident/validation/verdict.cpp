@@ -257,6 +257,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   }
   Verdict verdict = judgement.verdict();
   verdict.beside_ladder = facts.beside_ladder;
+  verdict.judging_part_rests = facts.judging_part_rests;
   verdict.explained_by = facts.explained_by;
   verdict.error_over_recommended = facts.error_over_recommended;
   verdict.word = verdict_word(verdict);

@@ -47,7 +47,8 @@ struct RecordFacts {
   /// On a record that the model has not seen, the rms error over that of the structure fitted to it; none where no
   /// parameter differs.
   std::optional<double> error_over_refit = {};
-  bool beside_ladder = false;  ///< every structure of the ladder is fitted to it too
+  bool beside_ladder = false;       ///< every structure of the ladder is fitted to it too
+  bool judging_part_rests = false;  ///< as in Verdict
   /// The recommended model of the same samples, where it is another one.
   struct Recommended {
     std::string name;

@@ -83,8 +83,12 @@ class Reasons {
     }
     if (model_.estimation && !model_.validation) {
       notes_.emplace_back(
-          "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it; keep a "
-          "part (--split 0.5), or hold it against another record (eha validate).");
+          verdict_.judging_part_rests
+              ? "The input does not move in the part that would judge; nothing judges the model: the whole record "
+                "estimated it; hold it against another record (eha validate), or play an input that moves in both "
+                "halves."
+              : "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it; keep "
+                "a part (--split 0.5), or hold it against another record (eha validate).");
     }
     about({Kind::above_recommended});
     note_allowed_instability();
@@ -125,7 +129,8 @@ class Reasons {
             "record longer.",
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
-        if (c.value < kNoAnswer_percent && cause_ != ErrorCause::end_stop && cause_ != ErrorCause::jump) {
+        if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
+            cause_ != ErrorCause::jump) {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were "
               "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
@@ -264,6 +269,11 @@ class Reasons {
   }
 
   /// Why R2 is low, by the cause of the error.
+  /// Whether the output answered to the input in the part that estimated.
+  [[nodiscard]] bool answers_in_estimation() const {
+    return model_.estimation && model_.estimation->score.r2_percent >= kNoAnswer_percent;
+  }
+
   [[nodiscard]] std::string low_r2(const Criterion& c) const {
     if (cause_ == ErrorCause::white_noise) {
       return fmt::format(

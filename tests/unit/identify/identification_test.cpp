@@ -82,6 +82,45 @@ TEST(Identify, SaysOfAPieceThatManyCurvesFollowIt) {
   EXPECT_EQ(found.models.at(0).result.model.provenance.at("remarks"), warning) << "a report has it from there";
 }
 
+/// A noisy lag after a single step at a tenth of the record.
+Source step_source() {
+  Source source = lag_source();
+  for (Eigen::Index k = 0; k < 600; ++k) source.record.input[k] = k < 60 ? 1.0 : 4.0;
+  source.record.output =
+      ident::simulate({{{1.5, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input.array() - 1.0, 0.02);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.05 * draw.normal();
+  return source;
+}
+
+TEST(Identify, EstimatesOnAWholeStepTestWhoseSecondHalfRests) {
+  const Source source = step_source();
+  const Identification found = identify(source, task_of(source), {}, {});
+  ASSERT_FALSE(found.recommendation.model.empty()) << found.recommendation.reason;
+  for (const IdentifiedModel& one : found.models) {
+    const ident::Model& model = one.result.model;
+    EXPECT_FALSE(model.validation) << model.name << " is judged by a half in which nothing moves";
+    EXPECT_NE(model.verdict->grade, ident::Grade::good) << model.name;
+    for (const std::string& reason : model.verdict->reasons) {
+      EXPECT_EQ(reason.find("hardly answers"), std::string::npos) << model.name << ": " << reason;
+    }
+    if (model.name != found.recommendation.model) continue;
+    ASSERT_FALSE(model.verdict->reasons.empty());
+    EXPECT_EQ(model.verdict->reasons.front().rfind("The input does not move in the part that would judge; nothing "
+                                                   "judges the model: ",
+                                                   0),
+              0U)
+        << model.verdict->reasons.front();
+  }
+}
+
+TEST(Identify, JudgesAStepByItsSecondHalfWhereTheOutputGoesOn) {
+  Source source = step_source();
+  source.record.output = ident::simulate({{{1.5, 0.0}}, {{1.0, 1.0}}, 0.0}, source.record.input.array() - 1.0, 0.02);
+  const Identification found = identify(source, task_with_one_pole(source), {}, {});
+  EXPECT_TRUE(found.models.at(0).result.model.validation) << "a rod that runs shows its gain";
+}
+
 TEST(Identify, NamesTheSourceOfABadRecord) {
   Source source = lag_source();
   source.record.output.setZero();

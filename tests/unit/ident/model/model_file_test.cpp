@@ -69,6 +69,7 @@ Model full_model() {
                            {CriterionKind::other, "of_tomorrow", 1.0, 2.0, true}},
                           FrequencyInterval{0.05, 0.65},
                           true,
+                          true,
                           "usable",
                           "io1",
                           1.25};
@@ -125,6 +126,7 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_FALSE(read.verdict->criteria.at(2).judged);
   EXPECT_EQ(read.verdict->usable_band->highest_Hz, 0.65);
   EXPECT_TRUE(read.verdict->beside_ladder);
+  EXPECT_TRUE(read.verdict->judging_part_rests);
   EXPECT_EQ(read.verdict->word, "usable");
   EXPECT_EQ(read.verdict->explained_by, "io1");
   EXPECT_EQ(read.verdict->error_over_recommended, 1.25);

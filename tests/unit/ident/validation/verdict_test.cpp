@@ -468,6 +468,15 @@ TEST(Verdict, SaysThreeThingsOfEveryCriterion) {
   }
 }
 
+TEST(Verdict, TakesNoOutputForDeadThatAnsweredInThePartThatEstimated) {
+  Model model = good_model();
+  model.validation->score.r2_percent = -120.0;
+  model.estimation->score.r2_percent = 99.0;
+  EXPECT_EQ(judge(model, {}).reasons.front().find("hardly answers"), std::string::npos);
+  model.estimation->score.r2_percent = 2.0;
+  EXPECT_EQ(judge(model, {}).reasons.front().rfind("The output hardly answers to the input: ", 0), 0U);
+}
+
 TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
   Model model = good_model();
   model.validation.reset();
@@ -476,6 +485,9 @@ TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("Nothing was kept for validation"), std::string::npos);
   EXPECT_EQ(verdict.grade, Grade::usable);
+  const Verdict at_rest = judge(model, {}, {.judging_part_rests = true});
+  EXPECT_EQ(at_rest.grade, Grade::usable);
+  EXPECT_EQ(at_rest.reasons[0].rfind("The input does not move in the part that would judge", 0), 0U);
   model.estimation->score.r2_percent = 50.0;
   EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
   model.estimation.reset();
