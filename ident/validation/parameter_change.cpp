@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
@@ -56,6 +57,12 @@ double slope_in(const Model& model, const std::string& name, const std::string& 
   return std::isfinite(slope) ? slope : 0.0;
 }
 
+/// Whether the model leaves plain noise over: a curved valve would show in it.
+bool leaves_plain_noise(const Model& model) {
+  return model.estimation && model.estimation->noise && model.estimation->noise->coefficients.empty() &&
+         model.estimation->noise->variance > 0.0;
+}
+
 /// Widens the interval of a parameter by the shift that the changes of the map make, by either model's correlations.
 void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model& before, const Model& after) {
   for (const ParameterChange& cause : change.parameters) {
@@ -91,8 +98,9 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
     p.half_width = p.of_noise = factor * p.std;
     p.changed = std::abs(p.after - p.before) > p.half_width;
   }
+  const bool are_lines = leaves_plain_noise(before) && leaves_plain_noise(after);
   for (ParameterChange& p : change.parameters) {
-    if (!is_of_map(p.role)) add_shift_by_map(p, change, before, after);
+    if (!is_of_map(p.role) && !are_lines) add_shift_by_map(p, change, before, after);
     p.changed = std::abs(p.after - p.before) > p.half_width;
     change.changed = change.changed || p.changed;
   }
@@ -111,9 +119,10 @@ std::string hidden_sentence(const ParameterChange& change, const Model& model) {
   const std::string unit = name.empty() ? "" : " " + name;
   return fmt::format(
       "a change of {} below {:.2g}{} does not show here: {} changed, and the fit lets {} follow {} (by noise alone "
-      "{:.2g}{})",
+      "{:.2g}{}); each fit by itself says {} before and {} after",
       change.name, change.half_width, unit, fmt::join(change.follows, " and "), change.name,
-      change.follows.size() == 1 ? "it" : "them", change.of_noise, unit);
+      change.follows.size() == 1 ? "it" : "them", change.of_noise, unit, rounded_to(change.before, change.of_noise),
+      rounded_to(change.after, change.of_noise));
 }
 
 std::string value_text(const std::string& parameter, double value, const Model& model) {

@@ -35,7 +35,8 @@ struct PlantChange {
 /// independent records add in squares; a parameter without one counts as known.
 /// A piecewise linear map approximates a curved valve. If a parameter of the map changed, the joint interval of each
 /// other parameter also includes the shift that follows from that change by their estimated correlation. A dead band
-/// that grew is thus not reported as a change of the gain, too.
+/// that grew is thus not reported as a change of the gain, too. Not where both models leave plain noise over: the valve
+/// is then no more curved than the noise shows, and the intervals of the fits hold.
 /// @param level  0 < level < 1, for all parameters together
 [[nodiscard]] PlantChange compare_parameters(const Model& before, const Model& after, double level);
 
