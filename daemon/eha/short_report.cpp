@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -32,6 +35,7 @@ using ident::Score;
 constexpr std::size_t kWidth = 80;
 constexpr std::size_t kLabel = 16;  // columns before the text of a line
 constexpr std::size_t kMostReasons = 3;
+constexpr double kAlike = 1.05;  // factor between errors that are alike
 // Least change of the fit by a new offset that is reported [%].
 constexpr double kSameFit = 0.1;
 
@@ -158,8 +162,56 @@ std::string what_it_is(const Model& model) {
   return text + line("usable band", band_text(model));
 }
 
-std::string why_it_is_recommended(const Model& model, const ident::Recommendation& recommendation) {
-  std::string text = line("chosen as", brief(recommendation.reason));
+std::ptrdiff_t estimated_count(const Model& model) {
+  return std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) { return !p.fixed; });
+}
+
+double mean_square(const Model& model) {
+  const auto score = shown_score(model);
+  return score ? score->mse : std::numeric_limits<double>::infinity();
+}
+
+/// "the simplest of the 5 models of 14 that describe the record; the next best, lag, errs 1.3 times as much".
+/// @param models  of which `chosen` is one
+std::string chosen_as(const Model& chosen, const std::vector<Model>& models, const std::string& reason) {
+  if (models.size() < 2 || !(mean_square(chosen) > 0.0)) return brief(reason);
+  const double most = ident::kAsWell * ident::kAsWell * mean_square(chosen);
+  std::size_t alike = 0;
+  bool is_simplest = true;
+  const Model* next = nullptr;
+  for (const Model& model : models) {
+    if (mean_square(model) <= most) {
+      ++alike;
+      is_simplest = is_simplest && estimated_count(chosen) <= estimated_count(model);
+    }
+    const bool counts = model.name != chosen.name && model.verdict && model.verdict->accepted;
+    if (counts && (next == nullptr || mean_square(model) < mean_square(*next))) next = &model;
+  }
+  std::string text =
+      alike < 2 ? fmt::format("the one of {} models that describes the record", models.size())
+      : is_simplest
+          ? fmt::format("the simplest of the {} models, of {}, that describe the record", alike, models.size())
+          : fmt::format(
+                "of the {} models, of {}, that describe the record, the one that says most with its "
+                "parameters",
+                alike, models.size());
+  if (next == nullptr) {
+    text += "; the checks let no other one pass";
+  } else {
+    const double factor = std::sqrt(mean_square(*next) / mean_square(chosen));
+    text += factor < kAlike ? fmt::format("; the next best, {}, errs as little", next->name)
+                            : fmt::format("; the next best, {}, errs {:.2g} times as much", next->name, factor);
+  }
+  constexpr std::string_view kUnclear = "this record hardly tells ";
+  if (const std::size_t at = reason.find(kUnclear); at != std::string::npos) {
+    text += "; " + reason.substr(at, reason.find(';', at) - at);
+  }
+  return text;
+}
+
+std::string why_it_is_recommended(const Model& model, const std::vector<Model>& models,
+                                  const ident::Recommendation& recommendation) {
+  std::string text = line("chosen as", chosen_as(model, models, recommendation.reason));
   if (recommendation.validation_chose) {
     text += line("", "The validation part took part in the choice: confirm it on another record.");
   }
@@ -322,7 +374,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   const auto chosen = std::find_if(answer.models.begin(), answer.models.end(),
                                    [&](const Model& model) { return model.name == recommendation.model; });
   if (chosen != answer.models.end()) {
-    text += what_it_is(*chosen) + why_it_is_recommended(*chosen, recommendation);
+    text += what_it_is(*chosen) + why_it_is_recommended(*chosen, answer.models, recommendation);
   } else {
     text += line("recommended", "none");
     if (!recommendation.reason.empty()) {

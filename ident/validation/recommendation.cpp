@@ -339,8 +339,8 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   const std::string cause = cause_in_record(all);
   if (identified.empty()) {
     result.reason = !cause.empty() ? cause
-                                   : fmt::format("no model passes its checks; {} has the least AR-BIC: {}",
-                                                 all.front()->name, first_reason(*all.front()));
+                                   : fmt::format("no model passes its checks; {} comes nearest: {}", all.front()->name,
+                                                 first_reason(*all.front()));
     return result;
   }
   const Models order = preferred(all, identified);
