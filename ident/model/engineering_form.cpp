@@ -57,11 +57,10 @@ std::string unseen_text(const Model& model, double root_rad_s, bool is_lag = fal
                      highest_Hz);
 }
 
-/// Note for a dead time that within the band has the phase of an equal lag and attenuates as little, else empty.
+/// Note for a dead time that may be a lag, else empty.
 std::string or_lag_text(const Model& model) {
-  if (!model.verdict || !model.verdict->usable_band) return {};
+  if (!may_be_lag(model)) return {};
   const double highest_Hz = model.verdict->usable_band->highest_Hz;
-  if (2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s >= 1.0) return {};
   return fmt::format(" (or a lag of as much: the band, to {:.3g} Hz, does not tell them apart)", highest_Hz);
 }
 
@@ -81,9 +80,53 @@ std::string figure_text(double value, int digits, const ParameterEstimate* of, s
   return is_shown ? with_half_width(value, half_width, plus_minus) : fmt::format("{:.{}g}", value, digits);
 }
 
+/// Covariance of two estimated parameters; 0 where one is fixed or the correlation is not known.
+double covariance(const Model& model, const ParameterEstimate& a, const ParameterEstimate& b) {
+  if (a.fixed || b.fixed || !std::isfinite(a.std) || !std::isfinite(b.std)) return 0.0;
+  if (a.name == b.name) return a.std * b.std;
+  if (!model.estimation || !model.estimation->correlation) return 0.0;
+  const ParameterCorrelation& known = *model.estimation->correlation;
+  const auto index = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(known.names.begin(), known.names.end(), name) - known.names.begin());
+  };
+  const std::size_t i = index(a.name);
+  const std::size_t k = index(b.name);
+  return i < known.matrix.size() && k < known.matrix[i].size() ? known.matrix[i][k] * a.std * b.std : 0.0;
+}
+
+/// Half the 95 % intervals of gain and time constant of K/(s + a0), to first order in the errors of K and a0.
+struct LagIntervals {
+  double gain = 0.0;
+  double time_s = 0.0;
+};
+
+/// None for another structure. @param denominator  the lowest order first
+std::optional<LagIntervals> lag_intervals(const Model& model, const std::vector<Term>& denominator) {
+  const bool is_lag = denominator.size() == 2 && std::abs(denominator[0].order) <= kWhole &&
+                      std::abs(denominator[1].order - 1.0) <= kWhole &&
+                      std::abs(denominator[1].coefficient - 1.0) <= kWhole;
+  const ParameterEstimate* k = parameter(model, [](const ParameterEstimate& p) { return p.name == "K"; });
+  const ParameterEstimate* a0 = parameter(model, [](const ParameterEstimate& p) { return p.name == "a0"; });
+  if (!is_lag || k == nullptr || a0 == nullptr || a0->fixed || !(std::abs(a0->value) > 0.0)) return std::nullopt;
+  const double by_k = 1.0 / a0->value;
+  const double by_a0 = -k->value / (a0->value * a0->value);
+  const double variance = by_k * by_k * covariance(model, *k, *k) + by_a0 * by_a0 * covariance(model, *a0, *a0) +
+                          2.0 * by_k * by_a0 * covariance(model, *k, *a0);
+  return LagIntervals{kInterval95 * std::sqrt(std::max(0.0, variance)),
+                      kInterval95 * a0->std / (a0->value * a0->value)};
+}
+
+/// A figure with half its 95 % interval, where that and the sign are known.
+std::string with_known(double value, std::optional<double> half_width, const std::string& otherwise,
+                       std::string_view plus_minus) {
+  const bool is_shown = half_width && *half_width > 0.0 && std::isfinite(*half_width) && !plus_minus.empty();
+  return is_shown ? with_half_width(value, *half_width, plus_minus) : otherwise;
+}
+
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
 std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
-                       std::string_view plus_minus, std::optional<double> left_out_s = {}) {
+                       std::string_view plus_minus, std::optional<double> left_out_s = {},
+                       std::optional<double> half_width_s = {}) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return {};
   std::string text;
@@ -95,7 +138,8 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
       const ParameterEstimate* itself = parameter(model, [&](const ParameterEstimate& p) {
         return !p.fixed && std::abs(p.value - time_s) <= kItself * std::abs(time_s);
       });
-      text += fmt::format("; {} = {} s{}", real, figure_text(time_s, 4, itself, plus_minus),
+      text += fmt::format("; {} = {} s{}", real,
+                          with_known(time_s, half_width_s, figure_text(time_s, 4, itself, plus_minus), plus_minus),
                           unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
     } else if (root.imag() > 0.0) {
       text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
@@ -121,13 +165,22 @@ std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& d
 }
 
 /// "K = 0.1479 +- 0.0005", or "K/a0 = 7.6" where that is not the parameter K.
-std::string gain_text(const Model& model, double gain, std::string_view plus_minus) {
+std::string gain_text(const Model& model, double gain, std::string_view plus_minus,
+                      std::optional<double> half_width = {}) {
   const ParameterEstimate* k = parameter(model, [](const ParameterEstimate& p) { return p.name == "K"; });
   const bool is_other = k != nullptr && !(std::abs(gain - k->value) <= kSameGain * std::abs(k->value));
-  return (is_other ? "K/a0 = " : "K = ") + figure_text(gain, 4, is_other ? nullptr : k, plus_minus);
+  return (is_other ? "K/a0 = " : "K = ") + with_known(gain, is_other ? half_width : std::nullopt,
+                                                      figure_text(gain, 4, is_other ? nullptr : k, plus_minus),
+                                                      plus_minus);
 }
 
 }  // namespace
+
+bool may_be_lag(const Model& model) {
+  if (!(model.transfer_function.delay_s > 0.0) || !model.verdict || !model.verdict->usable_band) return false;
+  const double highest_Hz = model.verdict->usable_band->highest_Hz;
+  return 2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s < 1.0;
+}
 
 std::string engineering_form(const Model& model, std::string_view plus_minus) {
   const TransferFunction& g = model.transfer_function;
@@ -139,11 +192,15 @@ std::string engineering_form(const Model& model, std::string_view plus_minus) {
   const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
   const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
   const double gain = numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0);
-  std::string text = gain_text(model, gain, plus_minus) + (unit.empty() ? "" : " " + unit);
+  const std::optional<LagIntervals> lag =
+      numerator.size() == 1 && !slow_s ? lag_intervals(model, denominator) : std::nullopt;
+  std::string text = gain_text(model, gain, plus_minus, lag ? std::optional(lag->gain) : std::nullopt) +
+                     (unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
-  text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +
-          roots_text(model, numerator, "TD", "zeros at", plus_minus);
+  text +=
+      roots_text(model, denominator, "T", "f0", plus_minus, slow_s, lag ? std::optional(lag->time_s) : std::nullopt) +
+      roots_text(model, numerator, "TD", "zeros at", plus_minus);
   if (g.delay_s > 0.0) {
     const ParameterEstimate* delay =
         parameter(model, [](const ParameterEstimate& p) { return p.role == ParameterRole::delay; });

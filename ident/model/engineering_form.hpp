@@ -20,4 +20,8 @@ namespace eha::ident {
 /// Unit of a parameter of a model: "in/(V s)", "s^0.75", "V", "s"; empty for a ratio or an order.
 [[nodiscard]] std::string unit_of(const ParameterEstimate& parameter, const Model& model);
 
+/// Whether the model's dead time has, within its usable band, the phase of an equal lag and attenuates as little: the
+/// record does not tell them apart. False without a usable band.
+[[nodiscard]] bool may_be_lag(const Model& model);
+
 }  // namespace eha::ident

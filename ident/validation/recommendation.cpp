@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "ident/fractional/poles.hpp"
+#include "ident/model/engineering_form.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -63,10 +64,16 @@ double bend(const Model& model) {
   return test.degrees > 0 && test.p < kNonlinearLevel ? test.statistic : 0.0;
 }
 
+/// Whether a dead time was estimated that the record does not tell from a lag.
+bool has_unseen_delay(const Model& model) {
+  return may_be_lag(model) && std::any_of(model.parameters.begin(), model.parameters.end(),
+                                          [](const auto& p) { return p.role == ParameterRole::delay && !p.fixed; });
+}
+
 /// What a model must gain on those of integer order.
 double needed_gain(const Model& model) {
   if (has_estimated_order(model)) return kFractionalGain + bend(model);
-  return unseen_resonance_Hz(model) ? kFractionalGain : 0.0;
+  return unseen_resonance_Hz(model) || has_unseen_delay(model) ? kFractionalGain : 0.0;
 }
 
 /// AR-BIC of a model that has what it must gain taken off.

@@ -52,10 +52,10 @@ inline constexpr double kFractionalGain = 10.0;
 /// part, the one of least AR-BIC. One with an estimated order is picked only if its AR-BIC is less than that of every
 /// model of integer order, and of every one whose estimated orders are within 0.01 of whole numbers, by kFractionalGain
 /// and, where its test for nonlinear effects (of the validation part) fails, that test's statistic; one whose own
-/// orders are all so near to whole numbers only if none of integer order is accepted; one with a resonance beyond ten
-/// times the usable band must gain as much on the others. If the verdict rejects the picked model, or an accepted one
-/// has less than half its error on the validation part (a third with more parameters), the next one is taken and
-/// `validation_chose` set; without one, none.
+/// orders are all so near to whole numbers only if none of integer order is accepted; one with a dead time that may be
+/// a lag, or with a resonance beyond ten times the usable band must gain as much on the others. If the verdict rejects
+/// the picked model, or an accepted one has less than half its error on the validation part (a third with more
+/// parameters), the next one is taken and `validation_chose` set; without one, none.
 /// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
 ///                the paper's procedure takes no part
 /// @param limits, interpolated_percent  as judge()

@@ -62,6 +62,26 @@ TEST(EngineeringForm, HasOneKWithItsInterval) {
   EXPECT_EQ(engineering_form(model, "±").rfind("K/a0 = 1.48 in/V", 0), 0U) << engineering_form(model, "±");
 }
 
+TEST(EngineeringForm, GivesTheIntervalsOfGainAndTimeConstantOfALag) {
+  // 37.5 / (s + 2.5): K/a0 = 15, T = 0.4 s.
+  Model model = model_of({{{37.5, 0.0}}, {{1.0, 1.0}, {2.5, 0.0}}, 0.0});
+  const auto add = [&](const char* name, double value, double std, ParameterRole role) {
+    model.parameters.push_back({.name = name,
+                                .value = value,
+                                .std = std,
+                                .lower95 = value - 1.96 * std,
+                                .upper95 = value + 1.96 * std,
+                                .role = role});
+  };
+  add("K", 37.5, 0.75, ParameterRole::numerator_coefficient);
+  add("a0", 2.5, 0.05, ParameterRole::denominator_coefficient);
+  // Each is known to 2 %: together not at all correlated 2.8 % of 15, times 1.96; fully correlated the gain is exact.
+  EXPECT_EQ(engineering_form(model, "+-"), "K/a0 = 15.00 +- 0.83 in/V; T = 0.400 +- 0.016 s");
+  model.estimation.emplace().correlation = ParameterCorrelation{{"K", "a0"}, {{1.0, 0.995}, {0.995, 1.0}}, {}};
+  EXPECT_EQ(engineering_form(model, "+-"), "K/a0 = 15.000 +- 0.059 in/V; T = 0.400 +- 0.016 s");
+  EXPECT_EQ(engineering_form(model), "K/a0 = 15 in/V; T = 0.4 s");
+}
+
 TEST(EngineeringForm, IsNoneForAFractionalOrder) {
   EXPECT_EQ(engineering_form(model_of({{{1.0, 0.0}}, {{0.5, 1.75}, {1.0, 0.9}, {0.1, 0.0}}, 0.0})), "");
 }

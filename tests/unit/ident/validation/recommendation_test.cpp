@@ -204,6 +204,19 @@ TEST(Recommendation, TakesAResonanceFarAboveTheBandOnlyWhereItGainsTen) {
   EXPECT_EQ(recommended({integrator, cylinder(-102.2, 0.65)}).model, "integrator");
 }
 
+TEST(Recommendation, TakesADeadTimeThatMayBeALagOnlyWhereItGainsTen) {
+  const auto delayed = [](double ar_bic, double highest_Hz) {
+    Model model = model_of("io1", ar_bic);
+    model.transfer_function = {{{12.0, 0.0}}, {{1.0, 1.0}, {0.5, 0.0}}, 0.01};
+    model.parameters.push_back({"delay_s", 0.01, 0.002, 0.006, 0.014, false, ParameterRole::delay});
+    model.verdict->usable_band = FrequencyInterval{0.05, highest_Hz};
+    return model;
+  };
+  EXPECT_EQ(recommended({model_of("io", -100.0), delayed(-100.6, 0.65)}).model, "io");
+  EXPECT_EQ(recommended({model_of("io", -100.0), delayed(-110.6, 0.65)}).model, "io1");
+  EXPECT_EQ(recommended({model_of("io", -100.0), delayed(-100.6, 20.0)}).model, "io1") << "the record shows it";
+}
+
 TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   const Recommendation rejected = recommended({model_of("io", -100.0, Order::whole, Figures::bad_validation)});
   EXPECT_EQ(rejected.model, "");
