@@ -105,6 +105,11 @@ constexpr std::array kUnits = std::to_array<Spelling>({
      "\xC2\xB0"
      "C"},
     {"degC", "degC"},
+    {"degF", "degF"},
+    {"\xC2\xB0"
+     "F",
+     "\xC2\xB0"
+     "F"},
     {"l/min", "l/min"},
 });
 
@@ -126,6 +131,10 @@ constexpr std::array kPlaceNames = std::to_array<std::string_view>(
     {"displacement", "position", "pos", "weg", "hub", "stroke", "kolben", "rod", "travel", "lage"});
 constexpr std::array kValveNames = std::to_array<std::string_view>(
     {"valve", "ventil", "stell", "spannung", "voltage", "strom", "servo", "spool", "u"});
+/// Of a temperature; those of oil are, beside a T.
+constexpr std::array kTemperatureNames = std::to_array<std::string_view>({"temperatur", "oiltemp", "öltemp"});
+constexpr std::array kOilNames = std::to_array<std::string_view>({"oil", "oel", "öl", "Öl", "huile", "tank"});
+constexpr std::array kTemperatureUnits = std::to_array<std::string_view>({"degC", "°C", "C", "degF", "°F", "F", "K"});
 constexpr std::array kIndexNames = std::to_array<std::string_view>(
     {"", "index", "idx", "unnamed: 0", "#", "n", "no", "nr", "row", "sample", "samples", "zeile", "i", "k"});
 constexpr std::array kTimeUnits = std::to_array<std::pair<std::string_view, double>>(
@@ -306,6 +315,14 @@ Hints hints_of(std::string_view name, std::string_view unit) {
     hints.is_set_point = true;
   }
   hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
+  const bool is_named =
+      has_word(words, kTemperatureNames) || holds(words, "temp") || (holds(words, "t") && has_word(words, kOilNames));
+  if (holds(kTemperatureUnits, unit) || (is_named && unit.empty())) {
+    hints.time = 0;
+    hints.is_temperature = true;
+    hints.is_beside = true;
+  }
+  hints.is_letter_t = unit.empty() && trimmed(name) == "T";
   hints.index = holds(kIndexNames, lower(trimmed(name))) ? 2 : 0;
   return hints;
 }

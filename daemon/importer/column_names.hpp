@@ -44,9 +44,12 @@ struct Hints {
   int time = 0;
   int input = 0;
   int output = 0;
-  int index = 0;              ///< 0 or 2: a column that numbers the rows
-  bool is_beside = false;     ///< a set point of the rod's place, a force or a pressure: no input that is taken unasked
-  bool is_set_point = false;  ///< of the rod's place: no output that is taken unasked
+  int index = 0;  ///< 0 or 2: a column that numbers the rows
+  /// A set point of the rod's place, a force, a pressure or a temperature: no input that is taken unasked.
+  bool is_beside = false;
+  bool is_set_point = false;    ///< of the rod's place: no output that is taken unasked
+  bool is_temperature = false;  ///< never the time
+  bool is_letter_t = false;     ///< "T" without a unit: a temperature beside a clock, else what its values say
 };
 [[nodiscard]] Hints hints_of(std::string_view name, std::string_view unit);
 

@@ -173,7 +173,11 @@ class Finder {
     return columns_[a].rows == columns_[b].rows;
   }
 
-  static bool goes_on(const std::vector<double>& sample) { return std::is_sorted(sample.begin(), sample.end()); }
+  enum class Rise { any, strict };
+  static bool goes_on(const std::vector<double>& sample, Rise rise = Rise::any) {
+    const bool has_rise = rise == Rise::any || (!sample.empty() && sample.front() < sample.back());
+    return has_rise && std::is_sorted(sample.begin(), sample.end());
+  }
 
   void find_time(Roles& roles, const std::vector<std::optional<std::size_t>>& taken) {
     roles.period_s = options_.period_s;
@@ -207,6 +211,8 @@ class Finder {
       }
       const bool fits = std::all_of(taken.begin(), taken.end(), [&](auto t) { return !t || belong_together(i, *t); });
       if (!fits) continue;
+      if (hints_[i].is_temperature) continue;
+      if (hints_[i].is_letter_t && !goes_on(columns_[i].sample, Rise::strict)) continue;
       if (hints_[i].time > 0) {
         named.push_back(i);
       } else if (counts_rows(columns_[i].sample)) {
@@ -215,8 +221,10 @@ class Finder {
         even.push_back(i);
       }
     }
-    // Beside times of day the milliseconds of each second may stand in a column of their own.
-    if (clock) std::erase_if(named, [&](std::size_t i) { return !goes_on(columns_[i].sample); });
+    // Beside times of day the milliseconds of each second may stand in a column of their own, and T is a temperature.
+    if (clock) {
+      std::erase_if(named, [&](std::size_t i) { return !goes_on(columns_[i].sample) || hints_[i].is_letter_t; });
+    }
     const std::vector<std::size_t> best = strongest(named, [&](std::size_t i) { return hints_[i].time; });
     if (best.size() == 1) return best.front();
     if (best.size() > 1) return first_of(best, "time");

@@ -376,5 +376,41 @@ TEST_F(BenchFile, IsAMeasurementOfLabView) {
   EXPECT_EQ(imported.record.input_channel.unit, "V");
 }
 
+/// A rod that follows a sine, 300 rows of 0.01 s. @param rod  of a row, as written
+std::string rod_file(const std::string& header, const std::function<std::string(int, double)>& row) {
+  std::string text = header;
+  double place = 100.0;
+  for (int k = 0; k < 300; ++k) {
+    const double volts = std::sin(0.05 * k);
+    text += row(k, volts) + fmt::format("{:.2f}\n", place);
+    place += 0.12 * volts;
+  }
+  return text;
+}
+
+TEST_F(BenchFile, TakesNoTemperatureForTheTime) {
+  for (const char* name :
+       {"T_oil [degC]", "T_oil", "T", "T_\u00d6l", "Oil temperature [\u00b0C]", "T [\u00b0C]", "T_tank"}) {
+    for (const bool rises : {false, true}) {
+      const auto degrees = [&](int k) { return rises ? 41.31 + 0.01 * k : 41.0 + 0.1 * (k % 3); };
+      const auto dated =
+          write("dated.csv", rod_file(fmt::format("timestamp,u_valve [V],{},x [mm]\n", name), [&](int k, double u) {
+                  return fmt::format("2025-11-21T08:14:{:06.3f}Z,{:.4f},{:.2f},", 0.01 * k, u, degrees(k));
+                }));
+      EXPECT_DOUBLE_EQ(offered(refusal_of(dated)), 0.01) << name << ": " << refusal_of(dated);
+      Options even;
+      even.period_s = 0.01;
+      EXPECT_EQ(import_record(dated, even).record.output_channel.unit, "mm") << name;
+      if (rises && std::string(name) == "T") continue;  // a time without a unit, for what it shows
+      const auto bare = write("bare.csv", rod_file(fmt::format("u_valve [V],{},x [mm]\n", name), [&](int k, double u) {
+                                return fmt::format("{:.4f},{:.2f},", u, degrees(k));
+                              }));
+      EXPECT_NE(refusal_of(bare).find("--period SECONDS`"), std::string::npos) << name << ": " << refusal_of(bare);
+      EXPECT_EQ(import_record(bare, even).record.output_channel.unit, "mm") << name;
+      EXPECT_EQ(import_record(bare, even).record.input_channel.unit, "V") << name;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace eha::importer
