@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -102,6 +103,63 @@ void take_trace_names(const Reading& reading, std::size_t first, Header& header)
     } else if (line.fields.front() == "VUnit") {
       header.units = line.fields;
       header.units.front().clear();
+    }
+  }
+}
+
+/// The line whose every other field is the word, as TwinCAT's Scope View writes "Name", "u", "Name", "x"; null: none.
+const Line* line_of_pairs(const Reading& reading, std::size_t first, std::string_view word) {
+  const auto end = reading.lines.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto found = std::find_if(reading.lines.begin(), end, [&](const Line& line) {
+    if (line.fields.size() < 4 || line.fields.size() < reading.fields) return false;
+    for (std::size_t i = 0; i + 1 < reading.fields; i += 2) {
+      if (line.fields[i] != word) return false;
+    }
+    return true;
+  });
+  return found == end ? nullptr : &*found;
+}
+
+/// Whether a clock rises by what its SampleTime row says, or there is none: else it may number the rows.
+bool is_in_ms(const Reading& reading, std::size_t first) {
+  constexpr double kSame = 1e-3;
+  const Line* stated = line_of_pairs(reading, first, "SampleTime[ms]");
+  const auto number = [&](const std::string& field) {
+    double value = 0.0;
+    return parse_number(field, reading.signs, value) == NumberKind::finite ? value : 0.0;
+  };
+  if (stated == nullptr || first + 1 >= reading.lines.size()) return true;
+  const double step_ms = number(stated->fields[1]);
+  const Line& next = reading.lines[first + 1];
+  return reading.is_data(next) &&
+         std::abs(number(next.fields[0]) - number(reading.lines[first].fields[0]) - step_ms) <= kSame * step_ms;
+}
+
+/// Takes the names and units of pairs of a clock and a value. One clock is the time; the others have to be the same.
+void take_pairs(const Reading& reading, std::size_t first, const std::string& path, Header& header) {
+  const Line* names = line_of_pairs(reading, first, "Name");
+  if (names == nullptr) return;
+  const Line* units = line_of_pairs(reading, first, "Unit");
+  header = {.line = names->number, .skipped_lines = static_cast<std::size_t>(names - reading.lines.data())};
+  const bool has_ms = is_in_ms(reading, first);
+  for (std::size_t i = 0; i + 1 < reading.fields; i += 2) {
+    const std::string clock = has_ms ? "time" : "nr";
+    header.names.insert(header.names.end(),
+                        {i == 0 ? clock : fmt::format("{} {}", clock, i / 2 + 1), names->fields[i + 1]});
+    header.units.insert(header.units.end(),
+                        {i == 0 && has_ms ? "ms" : "", units == nullptr ? "" : units->fields[i + 1]});
+  }
+  for (std::size_t k = first; k < reading.lines.size(); ++k) {
+    const Line& line = reading.lines[k];
+    if (!reading.is_data(line)) continue;
+    for (std::size_t i = 2; i + 1 < line.fields.size(); i += 2) {
+      if (line.fields[i] == line.fields.front()) continue;
+      throw DataError(fmt::format(
+          "{}:{}: the time of {} is {} where that of {} is {}; export the channels with one sample time, from "
+          "one "
+          "start",
+          path, line.number, readable(header.names[i + 1], kLongestShown), readable(line.fields[i], kLongestShown),
+          readable(header.names[1], kLongestShown), readable(line.fields.front(), kLongestShown)));
     }
   }
 }
@@ -317,6 +375,7 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
         path, first_text(lines)));
   }
   refuse_commas_for_both(*best, *layout, path);
+  take_pairs(*best, layout->first, path, layout->header);
   Dialect dialect;
   dialect.delimiter = best->delimiter;
   dialect.signs = best->signs;

@@ -412,5 +412,34 @@ TEST_F(BenchFile, TakesNoTemperatureForTheTime) {
   }
 }
 
+/// As TwinCAT's Scope View exports its channels: a clock beside each.
+std::string scope_of(double second_clock) {
+  std::string text =
+      "Name\tYT Scope Project\nFile\tC:\\Scope\\Axis.svdx\nStarttime of export\t134082944430000000\n\n"
+      "Name\tu_Ventil\tName\tx_Ist\nSymbolComment\t\tSymbolComment\t\nData-Type\tREAL64\tData-Type\tREAL64\n"
+      "SampleTime[ms]\t10\tSampleTime[ms]\t10\nSymbolName\tMAIN.u_Ventil\tSymbolName\tMAIN.x_Ist\n"
+      "Offset\t0\tOffset\t0\nScaleFactor\t1\tScaleFactor\t1\nUnit\t(V)\tUnit\t(mm)\n\n";
+  for (int k = 0; k < 300; ++k) {
+    text += fmt::format("{}\t{}\t{}\t{}\n", 10 * k, with_comma(std::sin(0.05 * k), 5), 10 * k + second_clock,
+                        with_comma(100.0 - 2.0 * std::cos(0.05 * k), 5));
+  }
+  return text;
+}
+
+TEST_F(BenchFile, OfTwinCatHasNamesUnitsAndPeriod) {
+  const Imported imported = import_record(write("scope.csv", scope_of(0.0)), {});
+  EXPECT_EQ(imported.record.input_channel.name, "u_Ventil") << imported.guess;
+  EXPECT_EQ(imported.record.input_channel.unit, "V");
+  EXPECT_EQ(imported.record.output_channel.name, "x_Ist");
+  EXPECT_EQ(imported.record.output_channel.unit, "mm");
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
+  EXPECT_EQ(imported.record.input.size(), 300);
+}
+
+TEST_F(BenchFile, OfTwinCatWithClocksThatDifferIsRefused) {
+  const std::string refusal = refusal_of(write("scope.csv", scope_of(5.0)));
+  EXPECT_NE(refusal.find("the time of x_Ist is 5 where that of u_Ventil is 0"), std::string::npos) << refusal;
+}
+
 }  // namespace
 }  // namespace eha::importer
