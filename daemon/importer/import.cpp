@@ -86,6 +86,13 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
 
 /// For a step that no hydraulic rig is sampled with: the time has another unit, or is none. A rod, whose place is a
 /// length, moves within a second.
+/// Gives input and output different names, as the header of a record needs.
+void tell_apart(ident::Channel& input, ident::Channel& output) {
+  if (input.name != output.name || input.unit != output.unit) return;
+  input.name = input.unit.empty() ? "input " + input.name : "input_" + input.name;
+  output.name = output.unit.empty() ? "output " + output.name : "output_" + output.name;
+}
+
 std::string remark_on_pace(double step_s, const std::string& output_unit, const std::filesystem::path& path) {
   constexpr double kLongest_s = 1e6;
   constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
@@ -116,11 +123,7 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
                        const ident::Record& record) {
   if (table.is_record_format()) return {};
   const std::vector<Column>& columns = table.columns();
-  const auto shown = [&](std::size_t i) {
-    const std::string& unit = columns[i].unit;
-    const bool is_said = unit.empty() || columns[i].label.find(unit) != std::string::npos;
-    return described(columns, i) + (is_said ? "" : fmt::format(" [{}]", unit));
-  };
+  const auto shown = [&](std::size_t i) { return described_with_unit(columns, i); };
   std::string text = fmt::format("{}: {}; ", path.string(), fmt::join(table.guesses(), ", "));
   text += roles.time
               ? fmt::format("time {}{}", shown(*roles.time), roles.time_unit_assumed ? " (taken as seconds)" : "")
@@ -324,6 +327,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   }
   input.series.time_s = std::move(time_s);
   input.series.values = record.input;
+  if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
   input.guess = guess_text(*table, roles, path, record);

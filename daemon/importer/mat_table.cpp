@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <utility>
@@ -81,6 +82,40 @@ bool extract(const matvar_t& variable, std::size_t first, std::size_t stride, st
   }
 }
 
+/// The text of a char array, of one byte or two a character; empty for anything else.
+std::string text_of(const matvar_t* variable) {
+  constexpr std::size_t kLongestName = 256;
+  if (variable == nullptr || variable->class_type != MAT_C_CHAR || variable->rank != 2 || variable->data == nullptr) {
+    return {};
+  }
+  const std::size_t count = variable->dims[0] == 1 ? variable->dims[1] : 0;
+  const auto bytes = static_cast<std::size_t>(std::max(variable->data_size, 0));
+  if (count == 0 || count > kLongestName || bytes == 0 || variable->nbytes / bytes < count) return {};
+  std::string text;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto* data = static_cast<const unsigned char*>(variable->data);
+    const unsigned wide = bytes == 2 ? static_cast<const std::uint16_t*>(variable->data)[i] : data[i * bytes];
+    // What one byte does not hold in Latin-1 is no letter of a channel.
+    if (wide < 0x20U || wide > 0xFFU) return {};
+    if (wide < 0x80U) {
+      text += static_cast<char>(wide);
+    } else {
+      text += static_cast<char>(0xC0U | (wide >> 6U));
+      text += static_cast<char>(0x80U | (wide & 0x3FU));
+    }
+  }
+  return text;
+}
+
+/// The first of these fields of a struct's element that is a text.
+std::string text_among(matvar_t* variable, std::size_t element, std::initializer_list<const char*> fields) {
+  for (const char* field : fields) {
+    std::string text = text_of(Mat_VarGetStructFieldByName(variable, field, element));
+    if (!text.empty()) return text;
+  }
+  return {};
+}
+
 class MatCollector {
  public:
   explicit MatCollector(std::string path) : path_(std::move(path)) {}
@@ -120,10 +155,27 @@ class MatCollector {
     elements = std::min(elements, kMostMatrixColumns);
     for (std::size_t element = 0; element < elements; ++element) {
       const std::string at = elements > 1 ? fmt::format("{}({})", name, element + 1) : name;
+      const std::size_t before = arrays_.size();
       for (unsigned i = 0; i < count; ++i) {
         add(Mat_VarGetStructFieldByName(variable, fields[i], element), fmt::format("{}.{}", at, fields[i]), depth + 1);
       }
+      entitle(before, name, text_among(variable, element, {"Name", "name", "Label", "label"}),
+              text_among(variable, element, {"Unit", "unit", "Units", "units"}));
     }
+  }
+
+  /// Gives the one signal that a struct holds the name and unit that stand beside it, as ControlDesk and Simulink do.
+  /// @param first  of the arrays that the struct added
+  void entitle(std::size_t first, const std::string& path, const std::string& title, const std::string& unit) {
+    const auto is_signal = [](const ArrayColumn& array) { return array.values.size() > 1; };
+    const auto begin = arrays_.begin() + static_cast<std::ptrdiff_t>(first);
+    if (std::count_if(begin, arrays_.end(), is_signal) != 1) return;
+    ArrayColumn& signal = *std::find_if(begin, arrays_.end(), is_signal);
+    if (!unit.empty() && signal.unit.empty()) signal.unit = unit;
+    if (title.empty()) return;
+    const std::string named = path.substr(0, path.find('.')) + "." + title;
+    const bool is_used = std::any_of(arrays_.begin(), arrays_.end(), [&](const auto& a) { return a.name == named; });
+    if (!is_used) signal.name = named;
   }
 
   [[noreturn]] void damaged(const std::string& name) const {

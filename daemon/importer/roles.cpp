@@ -96,7 +96,7 @@ class Finder {
   [[nodiscard]] std::string list() const {
     std::string text;
     for (std::size_t i = 0; i < std::min(columns_.size(), kMostListed); ++i) {
-      text += (i == 0 ? "" : ", ") + described(columns_, i);
+      text += (i == 0 ? "" : ", ") + described_with_unit(columns_, i);
       if (!columns_[i].is_number) text += " (text)";
     }
     return columns_.size() > kMostListed ? fmt::format("{} and {} more", text, columns_.size() - kMostListed) : text;
@@ -480,6 +480,13 @@ std::string described(const std::vector<Column>& columns, std::size_t index) {
   const std::string& label = columns[index].label;
   if (label.empty()) return fmt::format("{}", index + 1);
   return fmt::format("{} \"{}\"", index + 1, readable(label, kLongestShown));
+}
+
+std::string described_with_unit(const std::vector<Column>& columns, std::size_t index) {
+  const std::string& unit = columns[index].unit;
+  const std::string& label = columns[index].label;
+  const bool is_said = unit.empty() || name_and_unit(label).second == unit || label.ends_with(" " + unit);
+  return described(columns, index) + (is_said ? "" : fmt::format(" [{}]", readable(unit, kLongestShown)));
 }
 
 }  // namespace eha::importer

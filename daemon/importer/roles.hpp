@@ -44,5 +44,7 @@ inline constexpr std::string_view kFilledColumn = "filled";
 
 /// A column for a message: `2 "Spannung [V]"`.
 [[nodiscard]] std::string described(const std::vector<Column>& columns, std::size_t index);
+/// The same with the unit where the label does not say it: `2 "Spannung" [V]`.
+[[nodiscard]] std::string described_with_unit(const std::vector<Column>& columns, std::size_t index);
 
 }  // namespace eha::importer
