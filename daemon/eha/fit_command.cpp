@@ -38,6 +38,8 @@
 #include "daemon/record/run_summary.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/record_findings.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -172,15 +174,29 @@ void require_own_folder(const FitCommand& command, const Source& source) {
       shell_word(command.output->string() + "-" + fs::path(command.source).stem().string())));
 }
 
-/// Returns the command that fits the part of the record beside an end stop; none if no model met one, and of a record
-/// that is cut already.
+/// Returns the command that fits the part of the record beside an end stop, beside what the reader found, or beside
+/// gaps, if a model met one; none of a record that is cut already.
 std::optional<std::string> cut_command(const FitCommand& command, const Source& source,
                                        const Identification& identification) {
   const auto stop = identify::end_stop_of(identification);
-  if (!stop || command.import.from_s || command.import.to_s) return std::nullopt;
+  if (command.import.from_s || command.import.to_s) return std::nullopt;
+  std::string cut;
+  bool has_gaps = false;
+  for (const identify::IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    const bool counts =
+        identification.recommendation.model.empty() || model.name == identification.recommendation.model;
+    const auto given = model.provenance.find(ident::kCutOfRecord);
+    if (counts && cut.empty() && given != model.provenance.end()) cut = given->second;
+    has_gaps =
+        has_gaps || (counts && model.verdict && ident::fails_any(*model.verdict, {ident::CriterionKind::interpolated}));
+  }
+  if (cut.empty() && stop) cut = ident::cut_options(*stop);
+  if (cut.empty() && has_gaps) cut = importer::cut_options(source.cut.keeps_all() ? source.without_gaps : source.cut);
+  if (cut.empty()) return std::nullopt;
   const std::string folder =
       command.output || source.run_folder ? std::string() : " -o " + shell_word(folder_to_offer(command, source));
-  return importer::command_with(command.import, command.source, ident::cut_options(*stop) + folder);
+  return importer::command_with(command.import, command.source, cut + folder);
 }
 
 std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,

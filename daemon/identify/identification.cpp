@@ -25,6 +25,7 @@
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/measured_noise.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::identify {
 namespace {
@@ -102,11 +103,20 @@ std::string work_text(const ident::WorkByStage& stages) {
   return text;
 }
 
+/// Whether a cut leaves out the end stop or the jump that the model meets.
+bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
+  if (cut.keeps_all() || !model.validation) return false;
+  const auto& stop = model.validation->end_stop;
+  const auto& jump = model.validation->jump;
+  return (stop || jump) && (!stop || !cut.keeps(stop->from_s)) && (!jump || !cut.keeps(jump->time_s));
+}
+
 /// Returns the verdict, with all known facts of the record and the origin of the model.
 /// @param excited  the band in which the record's input moves
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result) {
   ident::Model& model = result.model;
+  if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
@@ -377,6 +387,7 @@ std::optional<ident::EndStop> end_stop_of(const Identification& identification) 
 IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,
                           .source_name = source.name,
+                          .cut = source.cut,
                           .interpolated_percent = interpolated_percent(source),
                           .repetition_samples = source.repetition_samples};
   if (source.experiment) {

@@ -28,6 +28,7 @@ struct IdentificationTask {
   ident::FitOptions options = {};
   ident::AcceptanceLimits acceptance = {};
   std::vector<std::string> remarks = {};  ///< on the record, for a person to look at; kept in the models' provenance
+  importer::Cut cut = {};                 ///< as Source
   double interpolated_percent = 0.0;      ///< share of the record's rows [%]
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.
@@ -82,7 +83,8 @@ struct Comparisons {
   enum class Ladder { leave_out, include } ladder = Ladder::leave_out;
 };
 
-/// Fits and judges each structure of the task, or climbs the ladder if it has none, and recommends a model. While no
+/// Fits and judges each structure of the task, or climbs the ladder if it has none, and recommends a model. Estimates
+/// on the whole record where the part that would judge rests (ident::judging_part_rests). While no
 /// model is accepted, tries other starts, then the ladder, and finally writes the next experiment; see Round. Then
 /// makes the comparisons and measures the frequency response of the source.
 /// @param source  the one whose record the task has

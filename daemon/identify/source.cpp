@@ -80,6 +80,8 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.interpolated_rows = imported.filled.size();
     source.guess = std::move(imported.guess);
     source.remarks = std::move(imported.remarks);
+    source.cut = imported.cut;
+    source.without_gaps = imported.without_gaps;
     source.repairs = std::move(imported.repairs);
     if (source.experiment) {
       const double samples = std::round(source.experiment->duration_s / source.record.step_s);

@@ -9,6 +9,7 @@
 
 #include "config/experiment_config.hpp"
 #include "daemon/importer/options.hpp"
+#include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/intersample.hpp"
@@ -29,6 +30,8 @@ struct Source {
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
+  importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
+  importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each
   /// What the input does between rows. If it is straight, the record has ident::kPartsOfARow rows for each of the
   /// file's.

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -301,11 +302,13 @@ Imported import_record(const std::filesystem::path& path, const Options& options
         options.input || options.output ? "" : "are taken by their order, and ", why,
         command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1))));
   }
-  for (const std::string& remark :
-       remarks_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
-                         imported.held, record.start_s, record.step_s)) {
-    imported.remarks.push_back(path.string() + ": " + remark);
-  }
+  OutputFindings findings =
+      findings_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
+                         imported.held, record.start_s, record.step_s);
+  for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
+  imported.cut = findings.cut;
+  imported.without_gaps =
+      part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
   return imported;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/importer/options.hpp"
+#include "daemon/importer/output_findings.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/record.hpp"
 
@@ -30,9 +31,15 @@ struct Imported {
   std::vector<std::size_t> held = {};    ///< of these, those whose input was not measured
   std::string guess = {};  ///< what was guessed, in one line; empty for a record as eha-record(5) describes it
   std::vector<std::string> remarks =
-      {};  ///< for a person to look at: exchanged columns, a sensor at its end; a sentence each
+      {};                       ///< for a person to look at: exchanged columns, a sensor at its end; a sentence each
+  Cut cut = {};                 ///< what the remarks on the output ask to keep
+  Cut without_gaps = {};        ///< the longest part without a gap that was filled
+  bool is_closed_loop = false;  ///< a set point stood beside input and output
   std::vector<std::string> repairs = {};  ///< gaps and jitter that --resample mended, one sentence each
 };
+
+/// Begins a comment above the header of a record that was imported from a file with a set point of the rod.
+inline constexpr std::string_view kClosedLoopComment = "# closed loop";
 
 /// Reads a record. Ten million rows of text (0.26 GB) take about 4 s and 0.4 GB on one core.
 [[nodiscard]] Imported import_record(const std::filesystem::path& path, const Options& options,

@@ -5,7 +5,9 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -29,6 +31,11 @@ constexpr double kFrozenShare = 0.01;  // of the rows
 constexpr double kFrozenInput = 0.3;   // of the input's range
 constexpr std::size_t kLongGap = 5;
 constexpr std::size_t kFewestChanges = 30;
+constexpr std::size_t kFewestMotions = 20;
+constexpr double kIntegrates = 0.6;        // R2 of the motion by the input
+constexpr double kBandOverUsual = 10.0;    // band of a rod on its end stop, over the usual distance of a row
+constexpr double kWidestEndBand = 0.02;    // ... over the output's range
+constexpr double kAskedOverBand = 3.0;     // motion beyond the stop that the input asks for
 constexpr double kHeldShare = 0.9;         // of the changes of a sensor that is read more slowly than the rows
 constexpr double kRougher = 1.5;           // roughness of a rod over that of its command
 constexpr std::size_t kRoughPlaces = 500;  // of a record, over which roughness is taken
@@ -91,8 +98,8 @@ std::vector<Stretch> stretches(const std::vector<std::size_t>& rows, std::size_t
   return found;
 }
 
-/// " --from 26 --to 60": the longest part of `count` rows without a stretch.
-std::string clean_part(const std::vector<Stretch>& stretches, std::size_t count, double start_s, double step_s) {
+/// First row and the row behind the last of the longest part of `count` rows without a stretch.
+Stretch longest_part(const std::vector<Stretch>& stretches, std::size_t count) {
   std::size_t begin = 0;
   Stretch longest{0, 0};
   for (const auto& [first, last] : stretches) {
@@ -100,11 +107,17 @@ std::string clean_part(const std::vector<Stretch>& stretches, std::size_t count,
     begin = std::max(begin, last + 1);
   }
   if (count - begin > longest.second - longest.first) longest = {begin, count};
-  std::string text;
+  return longest;
+}
+
+/// The longest part of `count` rows without a stretch.
+Cut clean_part(const std::vector<Stretch>& stretches, std::size_t count, double start_s, double step_s) {
+  const Stretch longest = longest_part(stretches, count);
   const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
-  if (longest.first > 0) text += fmt::format(" --from {:.6g}", time(longest.first));
-  if (longest.second < count) text += fmt::format(" --to {:.6g}", time(longest.second - 1));
-  return text;
+  Cut cut;
+  if (longest.first > 0) cut.from_s = time(longest.first);
+  if (longest.second < count) cut.to_s = time(longest.second - 1);
+  return cut;
 }
 
 /// "32 % of the rows have the output 85, its greatest value, and 12 % 55, its least: ..."; empty without such rows.
@@ -113,16 +126,25 @@ std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>
   const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
   if (!(*least < *greatest)) return {};
   std::string text;
-  for (const double extreme : {*greatest, *least}) {
+  const auto rows_at = [&](double extreme) {
     std::vector<std::size_t> at;
-    std::vector<std::size_t> beside;
     for (std::size_t k = 0; k < output.size(); ++k) {
       // Equal to the bit: a converter at its end.
       if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
+    }
+    return stretches(at, kClippedTogether).empty() ? std::vector<std::size_t>() : at;
+  };
+  const std::array<std::vector<std::size_t>, 2> ends{rows_at(*greatest), rows_at(*least)};
+  const std::size_t most = std::max(ends[0].size(), ends[1].size());
+  // Where the sensor reaches one of its ends, a few rows are enough at the other.
+  if (static_cast<double>(most) < kClippedShare * static_cast<double>(output.size())) return {};
+  for (const std::vector<std::size_t>& at : ends) {
+    if (at.empty()) continue;
+    const double extreme = output[at.front()];
+    std::vector<std::size_t> beside;
+    for (std::size_t k = 0; k < output.size(); ++k) {
       if (std::abs(output[k] - extreme) <= kBesideEnd * (*greatest - *least)) beside.push_back(k);
     }
-    if (static_cast<double>(at.size()) < kClippedShare * static_cast<double>(output.size())) continue;
-    if (stretches(at, kClippedTogether).empty()) continue;
     const std::vector<Stretch> found = stretches(beside, kClippedTogether);
     clipped.insert(clipped.end(), found.begin(), found.end());
     text += fmt::format("{}{:.2g} % {}{:.6g}, its {} value", text.empty() ? "" : ", and ",
@@ -151,6 +173,80 @@ std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const st
     }
     k = end;
   }
+  return found;
+}
+
+/// Motion of the output over a window by the mean input in it, as a straight line.
+struct Motion {
+  double at_0 = 0.0;
+  double slope = 0.0;
+  bool is_known = false;
+};
+
+/// The line through the windows of a record that no stretch touches; not known where the output does not integrate.
+Motion motion_by_input(const std::vector<double>& input, const std::vector<double>& output, std::size_t window,
+                       const std::vector<Stretch>& without) {
+  std::vector<double> u;
+  std::vector<double> y;
+  for (std::size_t k = 0; k + window < output.size(); k += window) {
+    const auto touches = [&](const Stretch& stretch) { return k + window >= stretch.first && k <= stretch.second; };
+    if (std::any_of(without.begin(), without.end(), touches)) continue;
+    const auto first = input.begin() + static_cast<std::ptrdiff_t>(k);
+    u.push_back(std::accumulate(first, first + static_cast<std::ptrdiff_t>(window), 0.0) / static_cast<double>(window));
+    y.push_back(output[k + window] - output[k]);
+  }
+  if (u.size() < kFewestMotions) return {};
+  const Eigen::Map<const Eigen::ArrayXd> inputs(u.data(), static_cast<Eigen::Index>(u.size()));
+  const Eigen::Map<const Eigen::ArrayXd> motions(y.data(), static_cast<Eigen::Index>(y.size()));
+  const Eigen::ArrayXd du = inputs - inputs.mean();
+  const Eigen::ArrayXd dy = motions - motions.mean();
+  const double uu = du.square().sum();
+  const double yy = dy.square().sum();
+  const double uy = (du * dy).sum();
+  if (!(uy * uy > kIntegrates * uu * yy)) return {};
+  return {motions.mean() - uy / uu * inputs.mean(), uy / uu, true};
+}
+
+/// Stretches over which the output stands at its greatest or least value while the input asks it to go on, and shorter
+/// ones at the same end.
+std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vector<double>& output) {
+  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
+  const double range = *greatest - *least;
+  const std::size_t window = std::max(kClippedTogether, output.size() / kRoughPlaces);
+  // Of the least value the noise makes the outermost of many.
+  const double band = std::clamp(kBandOverUsual * scale_of(output).usual, kBesideEnd * range, kWidestEndBand * range);
+  const auto shortest =
+      std::max(kFrozenRows, static_cast<std::size_t>(kClippedShare * static_cast<double>(output.size())));
+  const auto at_end = [&](double side) {
+    const double extreme = side > 0.0 ? *greatest : *least;
+    std::vector<std::size_t> at;
+    for (std::size_t k = 0; k < output.size(); ++k) {
+      if (side * (extreme - output[k]) <= band) at.push_back(k);
+    }
+    return stretches(at, kClippedTogether);
+  };
+  const std::array<std::vector<Stretch>, 2> ends{at_end(1.0), at_end(-1.0)};
+  const auto is_long = [&](const Stretch& stretch) { return stretch.second - stretch.first + 1 >= shortest; };
+  std::vector<Stretch> all;
+  for (const auto& end : ends) std::copy_if(end.begin(), end.end(), std::back_inserter(all), is_long);
+  const Motion motion = all.empty() ? Motion{} : motion_by_input(input, output, window, all);
+  if (!motion.is_known) return {};
+  std::vector<Stretch> found;
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const double side = i == 0 ? 1.0 : -1.0;
+    const bool is_stop = std::any_of(ends[i].begin(), ends[i].end(), [&](const Stretch& stretch) {
+      if (!is_long(stretch)) return false;
+      double asked = 0.0;
+      double most = 0.0;
+      for (std::size_t k = stretch.first; k <= stretch.second; ++k) {
+        asked = std::max(0.0, asked + side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window));
+        most = std::max(most, asked);
+      }
+      return most > kAskedOverBand * band;
+    });
+    if (is_stop) found.insert(found.end(), ends[i].begin(), ends[i].end());
+  }
+  std::sort(found.begin(), found.end());
   return found;
 }
 
@@ -298,10 +394,16 @@ std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const
                      output[first - 1], output[after]);
 }
 
-std::vector<std::string> remarks_on_output(const std::vector<double>& input, const std::vector<double>& output,
-                                           const std::vector<std::size_t>& filled, double start_s, double step_s) {
-  std::vector<std::string> remarks;
-  if (output.size() < kFewestRows) return remarks;
+std::pair<std::size_t, std::size_t> longest_part_without(const std::vector<std::size_t>& rows, std::size_t count) {
+  const auto [first, behind] = longest_part(stretches(rows, 1), count);
+  return {first, behind - 1};
+}
+
+OutputFindings findings_on_output(const std::vector<double>& input, const std::vector<double>& output,
+                                  const std::vector<std::size_t>& filled, double start_s, double step_s) {
+  OutputFindings findings;
+  std::vector<std::string>& remarks = findings.remarks;
+  if (output.size() < kFewestRows) return findings;
   if (const auto held = held_rows(output)) {
     const double held_s = static_cast<double>(*held) * step_s;
     remarks.push_back(fmt::format(
@@ -319,9 +421,20 @@ std::vector<std::string> remarks_on_output(const std::vector<double>& input, con
   std::vector<Stretch> clipped;
   const std::string at_ends = clipped_text(output, clipped);
   add(at_ends, clipped);
+  const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
+  if (const std::vector<Stretch> stops = clipped.empty() ? end_stops(input, output) : std::vector<Stretch>();
+      !stops.empty()) {
+    std::size_t rows = 0;
+    for (const auto& [first, last] : stops) rows += last - first + 1;
+    add(fmt::format(
+            "the output stands at an end for {:.2g} % of the rows, from {:.6g} s on at {:.6g}, while the input pushes "
+            "on: the rod is on its end stop, or the sensor at its end",
+            100.0 * static_cast<double>(rows) / static_cast<double>(output.size()), time(stops.front().first),
+            output[stops.front().first]),
+        stops);
+  }
   const std::vector<Stretch> frozen = frozen_stretches(input, output);
   if (!frozen.empty()) {
-    const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
     add(fmt::format(
             "the output stays at {:.6g} to the last digit from {:.6g} to {:.6g} s{}, while the input moves: the "
             "sensor, or what reads it, froze",
@@ -336,10 +449,22 @@ std::vector<std::string> remarks_on_output(const std::vector<double>& input, con
       stretches(filled, kLongGap));
   if (!spoilt.empty()) {
     std::sort(spoilt.begin(), spoilt.end());
-    remarks.back() += "; the longest part without" + std::string(remarks.size() > 1 ? " any of this" : "") + ":" +
-                      clean_part(spoilt, output.size(), start_s, step_s);
+    findings.cut = clean_part(spoilt, output.size(), start_s, step_s);
+    remarks.back() += "; the longest part without" + std::string(remarks.size() > 1 ? " any of this" : "") + ": " +
+                      cut_options(findings.cut);
   }
-  return remarks;
+  return findings;
+}
+
+Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count, double start_s, double step_s) {
+  return clean_part(stretches(filled, kLongGap), count, start_s, step_s);
+}
+
+std::string cut_options(const Cut& cut) {
+  std::string text;
+  if (cut.from_s) text += fmt::format("--from {:.6g}", *cut.from_s);
+  if (cut.to_s) text += fmt::format("{}--to {:.6g}", text.empty() ? "" : " ", *cut.to_s);
+  return text;
 }
 
 }  // namespace eha::importer

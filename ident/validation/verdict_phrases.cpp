@@ -56,6 +56,8 @@ std::vector<std::string> causes_in_record(const Model& model) {
   std::vector<std::string> found;
   if (!model.validation) return found;
   const std::string unit = after_number(model.output_unit);
+  const auto of_record = model.provenance.find(kCutOfRecord);
+  const bool is_given = of_record != model.provenance.end();
   if (const auto& stop = model.validation->end_stop) {
     const std::string where = fmt::format("at {:.3f}{} from {:.5g} s on", stop->level, unit, stop->from_s);
     const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {:.5g} s on; together", where,
@@ -66,15 +68,16 @@ std::vector<std::string> causes_in_record(const Model& model) {
         "nearer to mid-travel.",
         stop->other ? "two end stops" : "an end stop",
         stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
-        cut_options(*stop)));
+        is_given ? of_record->second : cut_options(*stop)));
   }
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =
         cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
-    found.push_back(
-        fmt::format("The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
-                    "or rows are missing there; cut with --to {:.10g} or --from {:.10g}.",
-                    jump->change, unit, jump->time_s, cut.to_s, cut.from_s));
+    found.push_back(fmt::format(
+        "The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
+        "or rows are missing there; cut with {}.",
+        jump->change, unit, jump->time_s,
+        is_given ? of_record->second : fmt::format("--to {:.10g} or --from {:.10g}", cut.to_s, cut.from_s)));
   }
   return found;
 }

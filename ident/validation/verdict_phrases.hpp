@@ -29,6 +29,9 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// end open.
 [[nodiscard]] std::string interval_text(const ParameterEstimate& p);
 
+/// The provenance of a model that gives the cut of its record ("--to 29.99") in place of the model's own.
+inline constexpr const char* kCutOfRecord = "cut";
+
 /// What lies in the record and explains the other reasons, each with the command that cuts it off: a rod on its end
 /// stop, a jump of the error.
 [[nodiscard]] std::vector<std::string> causes_in_record(const Model& model);

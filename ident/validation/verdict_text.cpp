@@ -119,8 +119,8 @@ class Reasons {
     switch (c.kind) {
       case Kind::interpolated:
         return fmt::format(
-            "Part of the record was not measured: {:.3g} % of its rows are interpolated, more than {:.3g} %; record "
-            "again.",
+            "Part of the record was not measured: {:.3g} % of its rows are interpolated, more than {:.3g} %; cut with "
+            "--from and --to to a part that was, or record again.",
             c.value, c.limit);
       case Kind::converged:
         if (!model_.estimation) return {};

@@ -245,5 +245,20 @@ TEST(SampledInput, IsNoticedWhereALagHasTakenTheDeadTime) {
   EXPECT_NE(held.err.find("--intersample foh"), std::string::npos) << held.err;
 }
 
+TEST(ForeignFiles, WithAGapAreCutBehindItByTheNextStep) {
+  const TemporaryFolder folder;
+  Measured record = measured(kRows);
+  std::string text = "time_s,voltage_V,displacement_in\n";
+  const auto gap = [&](std::size_t k) { return k >= 500 && k < 560; };
+  for (std::size_t k = 0; k < kRows; ++k) {
+    if (!gap(k)) text += fmt::format("{},{},{}\n", record.time_s[k], record.input_V[k], record.output_in[k]);
+  }
+  folder.write("gap.csv", text);
+  const Ended ended = run_eha({"fit", "gap.csv", "--resample", "--model", "io"}, folder.path());
+  EXPECT_EQ(ended.code, 3) << ended.out << ended.err;
+  const std::string next = fmt::format("Next: eha fit gap.csv --resample --from {:.6g} -o models", record.time_s[560]);
+  EXPECT_NE((ended.out + ended.err).find(next), std::string::npos) << ended.out << ended.err;
+}
+
 }  // namespace
 }  // namespace eha::test

@@ -121,6 +121,35 @@ TEST(Identify, JudgesAStepByItsSecondHalfWhereTheOutputGoesOn) {
   EXPECT_TRUE(found.models.at(0).result.model.validation) << "a rod that runs shows its gain";
 }
 
+TEST(Identify, AsksForTheCutOfTheReaderWhereASensorFroze) {
+  Source source;
+  source.name = "frozen.csv";
+  source.record.step_s = 0.01;
+  source.record.input.resize(3000);
+  for (Eigen::Index k = 0; k < 3000; ++k) {
+    const double t = 0.01 * static_cast<double>(k);
+    source.record.input[k] = std::sin(1.3 * t) + std::sin(4.1 * t + 1.0);
+  }
+  source.record.output = ident::simulate({{{12.0, 0.0}}, {{0.06, 2.0}, {1.0, 1.0}}, 0.0}, source.record.input, 0.01);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.02 * draw.normal();
+  source.record.output.segment(2000, 200).setConstant(source.record.output[2000]);
+  source.cut = importer::findings_on_output({source.record.input.begin(), source.record.input.end()},
+                                            {source.record.output.begin(), source.record.output.end()}, {}, 0.0, 0.01)
+                   .cut;
+  EXPECT_EQ(importer::cut_options(source.cut), "--to 19.99");
+  const Identification found = identify(source, task_of(source), {}, {});
+  bool is_met = false;
+  for (const IdentifiedModel& one : found.models) {
+    for (const std::string& reason : one.result.model.verdict->reasons) {
+      if (reason.find("cut with") == std::string::npos || reason.find("jumps") == std::string::npos) continue;
+      is_met = true;
+      EXPECT_TRUE(reason.ends_with("cut with --to 19.99.")) << one.structure.name << ": " << reason;
+    }
+  }
+  EXPECT_TRUE(is_met);
+}
+
 TEST(Identify, NamesTheSourceOfABadRecord) {
   Source source = lag_source();
   source.record.output.setZero();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -105,7 +106,7 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   Rod r = rod();
   double greatest = 0.0;
   for (const double y : r.output) greatest = std::max(greatest, y);
-  EXPECT_TRUE(remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s).empty());
+  EXPECT_TRUE(findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks.empty());
   const double end = greatest - 4.0;
   std::size_t first = kRodRows;
   for (std::size_t k = 0; k < kRodRows; ++k) {
@@ -113,7 +114,7 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
     r.output[k] = end;
     first = std::min(first, k);
   }
-  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks;
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks.front().find("its greatest value"), std::string::npos) << remarks.front();
   // The part that is named has no clipped row.
@@ -142,7 +143,7 @@ TEST(OutputRemarks, GiveOneCutForBothEnds) {
     greatest = std::max(greatest, y);
   }
   for (double& y : r.output) y = std::clamp(y, least + 4.0, greatest - 4.0);
-  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks;
   ASSERT_EQ(remarks.size(), 1U);
   const std::string& remark = remarks.front();
   EXPECT_NE(remark.find("its greatest value, and "), std::string::npos) << remark;
@@ -153,13 +154,49 @@ TEST(OutputRemarks, GiveOneCutForBothEnds) {
 TEST(OutputRemarks, NameASensorThatFrozeAndItsTime) {
   Rod r = rod();
   for (std::size_t k = 1201; k <= 1500; ++k) r.output[k] = r.output[1200];
-  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks;
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks.front().find("from 12 to 15 s, while the input moves"), std::string::npos) << remarks.front();
   EXPECT_TRUE(remarks.front().ends_with(" --from 15.01")) << remarks.front();
   // A rod that rests because nothing moves it.
   for (std::size_t k = 1200; k <= 1500; ++k) r.input[k] = 0.01;
-  EXPECT_TRUE(remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s).empty());
+  EXPECT_TRUE(findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks.empty());
+}
+
+TEST(OutputRemarks, NameTheOtherEndOfAClippedSensorThoughItIsThereForAShortWhile) {
+  Rod r = rod();
+  const double greatest = *std::max_element(r.output.begin(), r.output.end());
+  const double least = *std::min_element(r.output.begin(), r.output.end());
+  for (double& y : r.output) y = std::min(y, greatest - 4.0);
+  for (std::size_t k = kRodRows - 20; k < kRodRows; ++k) r.output[k] = least - 1.0;
+  const OutputFindings found = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  ASSERT_EQ(found.remarks.size(), 1U);
+  EXPECT_NE(found.remarks.front().find("its least value: "), std::string::npos) << found.remarks.front();
+  EXPECT_FALSE(found.cut.keeps(kRodStep_s * (kRodRows - 10)));
+  EXPECT_TRUE(found.remarks.front().ends_with(": " + cut_options(found.cut))) << found.remarks.front();
+}
+
+TEST(OutputRemarks, NameAnEndStopThatANoisySensorShows) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  const auto findings = [&](double stop, double push) {
+    Rod made;
+    double place = 120.0;
+    for (std::size_t k = 0; k < kRodRows; ++k) {
+      const double t = kRodStep_s * static_cast<double>(k);
+      made.input.push_back(2.0 * std::sin(1.3 * t) + std::sin(7.0 * t) + (t > 10.0 && t < 16.0 ? push : 0.0));
+      place = std::min(stop, place + 12.0 * made.input.back() * kRodStep_s);
+      made.output.push_back(place + noise(random));
+    }
+    return findings_on_output(made.input, made.output, {}, 0.0, kRodStep_s);
+  };
+  const OutputFindings found = findings(200.0, 3.0);
+  ASSERT_EQ(found.remarks.size(), 1U);
+  EXPECT_NE(found.remarks.front().find("the rod is on its end stop, or the sensor at its end"), std::string::npos)
+      << found.remarks.front();
+  EXPECT_FALSE(found.cut.keeps(15.0)) << cut_options(found.cut);
+  EXPECT_TRUE(findings(1e9, 3.0).remarks.empty()) << "it runs on";
+  EXPECT_TRUE(findings(1e9, 0.0).remarks.empty());
 }
 
 TEST(OutputRemarks, NameASensorThatIsReadMoreSlowlyThanTheRows) {
@@ -169,10 +206,11 @@ TEST(OutputRemarks, NameASensorThatIsReadMoreSlowlyThanTheRows) {
     r.output[k] = r.output[k - k % 5];
     coarse.output[k] = 0.5 * std::round(2.0 * coarse.output[k]);
   }
-  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks;
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_NE(remarks.front().find("changes only every 5 rows, 0.05 s"), std::string::npos) << remarks.front();
-  EXPECT_TRUE(remarks_on_output(coarse.input, coarse.output, {}, 0.0, kRodStep_s).empty()) << "a coarse converter";
+  EXPECT_TRUE(findings_on_output(coarse.input, coarse.output, {}, 0.0, kRodStep_s).remarks.empty())
+      << "a coarse converter";
 }
 
 TEST(Columns, SeemExchangedWhereTheInputIsTheSmootherOne) {
@@ -271,10 +309,10 @@ TEST(Clocks, OfWholeNumbersWithoutAUnitAreAskedAbout) {
 
 TEST(OutputRemarks, NameLongFilledGaps) {
   const Rod r = rod();
-  EXPECT_TRUE(remarks_on_output(r.input, r.output, {100, 900, 901}, 0.0, kRodStep_s).empty()) << "short ones";
+  EXPECT_TRUE(findings_on_output(r.input, r.output, {100, 900, 901}, 0.0, kRodStep_s).remarks.empty()) << "short ones";
   std::vector<std::size_t> filled;
   for (std::size_t k = 1000; k < 1012; ++k) filled.push_back(k);
-  const std::vector<std::string> remarks = remarks_on_output(r.input, r.output, filled, 0.0, kRodStep_s);
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, filled, 0.0, kRodStep_s).remarks;
   ASSERT_EQ(remarks.size(), 1U);
   EXPECT_TRUE(remarks.front().ends_with("--from 10.12")) << remarks.front();
 }

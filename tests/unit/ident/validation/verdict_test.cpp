@@ -54,8 +54,10 @@ TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
   EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
   const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
   EXPECT_FALSE(verdict.accepted);
-  EXPECT_EQ(verdict.reasons.front(),
-            "Part of the record was not measured: 62.1 % of its rows are interpolated, more than 1 %; record again.");
+  EXPECT_EQ(
+      verdict.reasons.front(),
+      "Part of the record was not measured: 62.1 % of its rows are interpolated, more than 1 %; cut with --from and "
+      "--to to a part that was, or record again.");
 }
 
 TEST(Verdict, RejectsAMapThatTurnsBack) {
