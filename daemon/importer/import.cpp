@@ -85,8 +85,6 @@ ident::Channel channel_of(const Column& column, const char* otherwise, bool is_r
   return {name, column.unit};
 }
 
-/// For a step that no hydraulic rig is sampled with: the time has another unit, or is none. A rod, whose place is a
-/// length, moves within a second.
 /// Gives input and output different names, as the header of a record needs.
 void tell_apart(ident::Channel& input, ident::Channel& output) {
   if (input.name != output.name || input.unit != output.unit) return;
@@ -95,6 +93,8 @@ void tell_apart(ident::Channel& input, ident::Channel& output) {
 }
 
 std::string remark_on_pace(double step_s, const std::string& output_unit, const std::filesystem::path& path) {
+/// For a step that no hydraulic rig is sampled with: the time has another unit, or is none. A rod, whose place is a
+/// length, moves within a second.
   constexpr double kLongest_s = 1e6;
   constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
   if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
@@ -105,19 +105,32 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
       path.string(), step_s, step_s < kShortestStep_s ? "faster" : "slower");
 }
 
-/// For a record with a set point of the rod beside its input and output: a controller probably made the input.
-std::string remark_on_loop(const Table& table, const Roles& roles) {
+constexpr const char* kClosedLoop =
+    "a controller probably made the input from it and the output: of a closed loop a model may be biased, most where "
+    "noise and load move the rod; record with the loop open, or hold the model against such a record (eha validate)";
+
+/// The set point of the rod beside input and output; none without one.
+std::optional<std::size_t> set_point_beside(const Table& table, const Roles& roles) {
   const std::vector<Column>& columns = table.columns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (i == roles.input || i == roles.output || i == roles.time || !columns[i].is_number) continue;
-    if (!hints_of(columns[i].name, columns[i].unit).is_set_point) continue;
-    return fmt::format(
-        "column {} is a set point of the rod, so that a controller probably made the input from it and the output: "
-        "of a closed loop a model may be biased, most where noise and load move the rod; record with the loop open, or "
-        "hold the model against such a record (eha validate)",
-        described(columns, i));
+    if (hints_of(columns[i].name, columns[i].unit).is_set_point) return i;
   }
-  return {};
+  return std::nullopt;
+}
+
+/// For rows that were moved to an even grid.
+std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
+  constexpr double kWorthSaying = 0.01;  // of the rows, and of a step
+  const bool is_small = static_cast<double>(even.moved_rows) < kWorthSaying * static_cast<double>(rows) ||
+                        even.most_moved_s < kWorthSaying * even.step_s;
+  if (is_small) return {};
+  return fmt::format(
+      "{} of {} rows were moved by up to {:.3g} s to an even step of {:.6g} s: the input takes effect by as much "
+      "earlier "
+      "or later than a model has it, so that its figures are less exact than their intervals say; record with an even "
+      "clock",
+      even.moved_rows, rows, even.most_moved_s, even.step_s);
 }
 
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
@@ -278,6 +291,9 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   Imported imported = assembled(rows, *table, roles, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
+    if (std::string remark = remark_on_moved_rows(even, even.columns.front().size()); !remark.empty()) {
+      imported.remarks.push_back(path.string() + ": " + remark);
+    }
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   if (own) refuse_exchanged(imported.record, roles, path, options);
   const ident::Record& record = imported.record;
@@ -285,10 +301,14 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   if (std::string remark = remark_on_pace(record.step_s, options.period_s ? "" : record.output_channel.unit, path);
       !remark.empty())
     imported.remarks.push_back(remark);
-  if (!own) {
-    if (std::string remark = remark_on_loop(*table, roles); !remark.empty()) {
-      imported.remarks.push_back(path.string() + ": " + remark);
-    }
+  const std::optional<std::size_t> set_point = own ? std::nullopt : set_point_beside(*table, roles);
+  imported.is_closed_loop = set_point || table->says_closed_loop();
+  if (imported.is_closed_loop) {
+    imported.remarks.push_back(fmt::format(
+        "{}: {}, so that {}", path.string(),
+        set_point ? fmt::format("column {} is a set point of the rod", described(table->columns(), *set_point))
+                  : std::string("the file that it was imported from had a set point of the rod"),
+        kClosedLoop));
   }
   // A plain record without units has nothing but the order of its columns either.
   const bool is_without_units = record.input_channel.unit.empty() && record.output_channel.unit.empty();
@@ -311,6 +331,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
   return imported;
 }
+  if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
 
 ImportedInput import_input(const std::filesystem::path& path, const Options& options, const std::string& unit,
                            const Progress& progress) {
@@ -330,7 +351,6 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   }
   input.series.time_s = std::move(time_s);
   input.series.values = record.input;
-  if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
   input.guess = guess_text(*table, roles, path, record);

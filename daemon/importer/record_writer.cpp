@@ -32,7 +32,10 @@ void write_record_csv(const Imported& imported, const std::function<void(std::st
   const ident::Record& record = imported.record;
   const bool has_filled = !imported.filled.empty();
   const int decimals = decimals_of(record.start_s, record.step_s);
-  std::string text =
+  std::string text = imported.is_closed_loop
+                         ? fmt::format("{}: a set point of the rod stood beside input and output\n", kClosedLoopComment)
+                         : "";
+  text +=
       fmt::format("time_s,{},{}{}\n", record::csv_name(record::header_from_channel(record.input_channel)),
                   record::csv_name(record::header_from_channel(record.output_channel)), has_filled ? ",filled" : "");
   auto next_filled = imported.filled.begin();

@@ -75,6 +75,8 @@ class Resampler {
     report(filled_, "nothing measured, filled");
     report(output_filled_, "no output measured, it is interpolated; their input is kept");
     report(input_filled_, "no input measured, it is held; their output is kept");
+    result_.moved_rows = moved_.rows;
+    result_.most_moved_s = moved_.most_s;
     report(moved_, fmt::format("up to {:.3g} s off the grid, moved", moved_.most_s));
     return std::move(result_);
   }

@@ -19,6 +19,8 @@ struct Resampled {
   std::vector<std::size_t> filled;           ///< rows (from 0) of which a value was not measured, ascending
   std::vector<std::size_t> held;             ///< of these, the rows whose held value was not measured
   std::vector<std::string> repairs;          ///< what was done, one sentence a gap or a stretch of jitter, in order
+  std::size_t moved_rows = 0;                ///< to the grid
+  double most_moved_s = 0.0;                 ///< by which one of them was moved
 };
 
 /// Puts rows on an even grid t_0 + k step. A grid point with a measured input within half a step takes it (an input is

@@ -72,6 +72,8 @@ class Table {
   [[nodiscard]] virtual const std::vector<std::string>& guesses() const = 0;
   /// Whether the file is a record as eha-record(5) describes it, its columns in that order.
   [[nodiscard]] virtual bool is_record_format() const { return false; }
+  /// Whether a record says that a set point stood beside it in the file that it was imported from.
+  [[nodiscard]] virtual bool says_closed_loop() const { return false; }
   /// "FILE:LINE" of the header where the file is text with one, else "FILE".
   [[nodiscard]] virtual std::string place() const = 0;
   /// The sample period that stands above the rows [s]; none where nothing says it.

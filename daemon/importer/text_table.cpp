@@ -62,6 +62,10 @@ class TextTable final : public Table {
     if (dialect_.fields > kMostColumns) {
       throw DataError(fmt::format("{}:{}: more than {} columns", path.string(), dialect_.header_line, kMostColumns));
     }
+    const auto is_said = [](const std::string& line) { return line.starts_with(kClosedLoopComment); };
+    says_closed_loop_ =
+        dialect_.is_record_format &&
+        std::any_of(first.begin(), first.begin() + static_cast<std::ptrdiff_t>(dialect_.header_line), is_said);
     if (!dialect_.is_record_format) {
       refuse_long_log(dialect_, path);
       told_period_s_ = period_above_rows(first, dialect_);
@@ -75,6 +79,8 @@ class TextTable final : public Table {
   [[nodiscard]] const std::vector<Column>& columns() const override { return columns_; }
   [[nodiscard]] const std::vector<std::string>& guesses() const override { return guesses_; }
   [[nodiscard]] bool is_record_format() const override { return dialect_.is_record_format; }
+
+  [[nodiscard]] bool says_closed_loop() const override { return says_closed_loop_; }
 
   [[nodiscard]] std::optional<double> told_period_s() const override { return told_period_s_; }
 
@@ -464,6 +470,7 @@ class TextTable final : public Table {
   std::size_t lead_ = 0;  ///< the first column of numbers or of a clock, in which a word marks a line that is no row
   std::vector<std::string> guesses_;
   std::optional<double> told_period_s_;
+  bool says_closed_loop_ = false;
 };
 
 }  // namespace

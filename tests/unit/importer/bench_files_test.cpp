@@ -441,5 +441,35 @@ TEST_F(BenchFile, OfTwinCatWithClocksThatDifferIsRefused) {
   EXPECT_NE(refusal.find("the time of x_Ist is 5 where that of u_Ventil is 0"), std::string::npos) << refusal;
 }
 
+TEST_F(BenchFile, OfAClosedLoopIsStillOneAfterItsImport) {
+  const auto path = write("loop.csv", rod_file("Time [s],Set point [mm],Valve [V],Rod [mm]\n", [](int k, double u) {
+                            return fmt::format("{:.2f},{},{:.4f},", 0.01 * k, 100 + k / 100, u);
+                          }));
+  const Imported imported = import_record(path, {});
+  ASSERT_FALSE(imported.remarks.empty());
+  EXPECT_NE(imported.remarks.front().find("is a set point of the rod, so that a controller"), std::string::npos);
+  std::string text;
+  write_record_csv(imported, [&](std::string_view piece) { text += piece; });
+  const Imported again = import_record(write("again.csv", text), {});
+  ASSERT_EQ(again.remarks.size(), 1U);
+  EXPECT_NE(again.remarks.front().find("had a set point of the rod, so that a controller"), std::string::npos)
+      << again.remarks.front();
+  EXPECT_TRUE(again.guess.empty()) << "a record of our own";
+  EXPECT_EQ(again.record.input, imported.record.input);
+}
+
+TEST_F(BenchFile, WithRowsOffAnEvenGridSaysWhatMovingThemCosts) {
+  const auto path = write("jitter.csv", rod_file("Time [s],Valve [V],Rod [mm]\n", [](int k, double u) {
+                            return fmt::format("{:.3f},{:.4f},", 0.01 * k + 0.002 * (k % 2), u);
+                          }));
+  Options options;
+  options.resample = true;
+  const Imported imported = import_record(path, options);
+  ASSERT_FALSE(imported.remarks.empty());
+  EXPECT_NE(imported.remarks.front().find("rows were moved by up to 0.002 s to an even step of 0.01 s"),
+            std::string::npos)
+      << imported.remarks.front();
+}
+
 }  // namespace
 }  // namespace eha::importer

@@ -54,6 +54,12 @@ TEST(Resample, KeepsTheInputOfALateRowAndInterpolatesItsOutput) {
   EXPECT_NE(even.repairs[0].find("off the grid, moved"), std::string::npos) << even.repairs[0];
 }
 
+TEST(Resample, CountsTheRowsThatItMoved) {
+  const Resampled even = resample(rows_at({0.0, 1.1, 1.9, 3.0, 4.0}), 1, {}, "r.csv");
+  EXPECT_EQ(even.moved_rows, 2U);
+  EXPECT_NEAR(even.most_moved_s, 0.1, 1e-12);
+}
+
 TEST(Resample, TreatsAMissingValueAsAMissingRow) {
   Rows rows = rows_at({0.0, 1.0, 2.0, 3.0});
   rows.columns[2][2] = kMissing;
