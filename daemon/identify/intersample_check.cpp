@@ -19,6 +19,19 @@ constexpr double kWorthAsking = 0.005;  // movement within half a row, share of 
 constexpr double kClearly = 20.0;       // of AR-BIC
 constexpr Eigen::Index kMostRows = 1'000'000;
 
+constexpr double kRepeats = 0.1;  // of the rows, from which on an input is a staircase
+constexpr double kFalls = 0.98;   // of the error, at most, to be told as a fall
+
+/// Whether so many rows repeat the input of the row before that it is a controller's staircase, sampled off its edges:
+/// a signal that moves as much repeats none.
+bool is_staircase(const Eigen::VectorXd& input) {
+  Eigen::Index repeats = 0;
+  for (Eigen::Index k = 1; k < input.size(); ++k) {
+    if (!(input[k] < input[k - 1]) && !(input[k] > input[k - 1])) ++repeats;
+  }
+  return static_cast<double>(repeats) > kRepeats * static_cast<double>(input.size());
+}
+
 bool has_zero_or_delay(const ident::Model& model) {
   return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
 }
@@ -85,7 +98,9 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
   if (source.record.input.size() > kMostRows) return {};
   const double movement = ident::movement_within_half_a_row(source.record.input);
   const IdentifiedModel* held = asked_about(identification);
-  if (movement < kWorthAsking || held == nullptr || task.options.procedure != ident::Procedure::standard) return {};
+  if (movement < kWorthAsking || is_staircase(source.record.input) || held == nullptr ||
+      task.options.procedure != ident::Procedure::standard)
+    return {};
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
     const IdentifiedModel* simpler = without_half_row(identification, *held);
@@ -102,7 +117,7 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string unit = ident::after_number(source.record.output_channel.unit);
     std::string gain;
-    if (is_better(lines, steps, kClearly)) {
+    if (is_better(lines, steps, kClearly) && error(lines) < kFalls * error(steps)) {
       gain = fmt::format("the error of {} falls from {:.3g} to {:.3g}{} (rms)", held->structure.name, error(steps),
                          error(lines), unit);
     } else if (simpler != nullptr && is_better(simpler_lines, steps)) {

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/intersample_check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr int kFineParts = 10;  // samples of a row
+constexpr Eigen::Index kSampledRows = 800;
+constexpr double kRowStep_s = 0.05;
+
+enum class Input { sampled, staircase };
+
+/// A lag behind an input that moves all the time, or is held for a row; rows come up to four samples late.
+Source source_of(Input kind) {
+  Eigen::VectorXd input(kFineParts * (kSampledRows + 1));
+  for (Eigen::Index k = 0; k < input.size(); ++k) {
+    const double t = kRowStep_s / kFineParts * static_cast<double>(kind == Input::sampled ? k : k - k % kFineParts);
+    input[k] = std::sin(1.1 * t) + std::sin(4.3 * t + 1.0);
+  }
+  const Eigen::VectorXd output =
+      ident::simulate({{{1.5, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, 0.0}, input, kRowStep_s / kFineParts);
+  Source source;
+  source.name = "rows.csv";
+  source.record.step_s = kRowStep_s;
+  source.record.input.resize(kSampledRows);
+  source.record.output.resize(kSampledRows);
+  ident::PortableDraw draw(5);
+  for (Eigen::Index k = 0; k < kSampledRows; ++k) {
+    const double late = kind == Input::sampled ? 0.0 : std::round(4.0 * std::tanh(draw.normal()));
+    const Eigen::Index at = std::max<Eigen::Index>(0, kFineParts * k + static_cast<Eigen::Index>(late));
+    source.record.input[k] = input[at];
+    source.record.output[k] = output[at] + 0.002 * draw.normal();
+  }
+  return source;
+}
+
+std::string advice_on(const Source& source) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions structure;
+  structure.name = "lag";
+  structure.structure = ident::structures::io({1, 0});
+  task.structures.push_back(structure);
+  return intersample_advice(source, task, identify(source, task, {}, {}), "eha fit rows.csv --intersample foh")
+      .value_or("");
+}
+
+TEST(IntersampleAdvice, OffersStraightLinesForASignalThatWasSampled) {
+  EXPECT_NE(advice_on(source_of(Input::sampled)).find("falls from"), std::string::npos);
+}
+
+TEST(IntersampleAdvice, OffersNoStraightLinesForAStaircaseWhoseRowsWereMoved) {
+  EXPECT_EQ(advice_on(source_of(Input::staircase)), "");
+}
+
+}  // namespace
+}  // namespace eha::identify
