@@ -19,7 +19,10 @@ int is_blank(unsigned char c) { return c == ' ' || c == '\t' ? 1 : 0; }
 int is_blank_beside_tabs(unsigned char c) { return c == ' ' ? 1 : 0; }
 
 constexpr auto kMissingWords = std::to_array<std::string_view>(
-    {"", "nan", "-nan", "na", "n/a", "null", "none", "-", "missing", "\xE2\x88\x9E", "-\xE2\x88\x9E", "+\xE2\x88\x9E"});
+    {"",        "nan",          "-nan",          "na",           "n/a",   "null",     "none",
+     "-",       "--",           "---",           "----",         "-----", "missing",  "ovld",
+     "ol",      "-ol",          "over",          "ovl",          "ovrld", "overload", "overflow",
+     "ovrflow", "\xE2\x88\x9E", "-\xE2\x88\x9E", "+\xE2\x88\x9E"});
 /// Of a spreadsheet, in English and in German.
 constexpr auto kErrors = std::to_array<std::string_view>(
     {"#n/a", "#value!", "#num!", "#div/0!", "#ref!", "#name?", "#null!", "#nv", "#wert!", "#zahl!", "#bezug!"});

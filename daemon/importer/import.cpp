@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/missing_codes.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
@@ -92,9 +93,9 @@ void tell_apart(ident::Channel& input, ident::Channel& output) {
   output.name = output.unit.empty() ? "output " + output.name : "output_" + output.name;
 }
 
-std::string remark_on_pace(double step_s, const std::string& output_unit, const std::filesystem::path& path) {
 /// For a step that no hydraulic rig is sampled with: the time has another unit, or is none. A rod, whose place is a
 /// length, moves within a second.
+std::string remark_on_pace(double step_s, const std::string& output_unit, const std::filesystem::path& path) {
   constexpr double kLongest_s = 1e6;
   constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
   if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
@@ -196,6 +197,31 @@ void refuse_exchanged(const ident::Record& record, const Roles& roles, const std
       command_with(options, path, fmt::format("--input {} --output {}", roles.input + 1, *roles.output + 1))));
 }
 
+/// Codes for missing values in one column: asked about, or taken as not measured.
+/// @param time_of  time of a row [s]
+template <typename TimeOf>
+bool take_missing_codes(Rows& rows, std::size_t column, const std::string& name, const TimeOf& time_of,
+                        const std::filesystem::path& path, const Options& options, Imported& imported) {
+  const std::vector<MissingCode> codes = missing_codes(rows.columns[column]);
+  for (const MissingCode& code : codes) {
+    const std::string found = missing_code_text(code, name);
+    if (options.resample) {
+      imported.repairs.push_back(found + "; taken as not measured");
+      for (const std::size_t row : code.rows) rows.columns[column][row] = std::numeric_limits<double>::quiet_NaN();
+      continue;
+    }
+    const auto [first, last] = longest_part_without(code.rows, rows.count());
+    std::string part;
+    if (first > 0) part += fmt::format("--from {:.9g}", time_of(first));
+    if (last + 1 < rows.count()) part += fmt::format("{}--to {:.9g}", part.empty() ? "" : " ", time_of(last));
+    throw DataError(fmt::format(
+        "{}{}: {}; to take them as not measured and fill them: `{}`; the longest part without, {:.3g} s: `{}`",
+        path.string(), rows.where(code.rows.front()), found, command_with(options, path, "--resample"),
+        time_of(last) - time_of(first), command_with(options, path, part)));
+  }
+  return !codes.empty();
+}
+
 /// The columns as selected: without a time, one of zeros would only cost.
 Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std::filesystem::path& path,
                    const Options& options) {
@@ -235,13 +261,19 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
       is_even = false;
     }
   }
+  const auto time_of = [&](std::size_t row) {
+    return first == 1 ? rows.columns[0][row] : record.start_s + static_cast<double>(row) * record.step_s;
+  };
+  for (const std::size_t at : {first, first + 1}) {
+    if (at > first && !roles.output) continue;
+    const char* name = at == first ? "the input" : "the output";
+    if (take_missing_codes(rows, at, name, time_of, path, options, imported)) is_even = false;
+  }
   if (roles.output) {
     const std::size_t at = first + 1;
     const std::vector<std::size_t> lone = lone_rows(rows.columns[first], rows.columns[at]);
     if (!lone.empty()) {
-      const double first_s = first == 1 ? rows.columns[0][lone.front()]
-                                        : record.start_s + static_cast<double>(lone.front()) * record.step_s;
-      const std::string found = lone_rows_text(lone, rows.columns[at], first_s);
+      const std::string found = lone_rows_text(lone, rows.columns[at], time_of(lone.front()));
       if (!options.resample) {
         throw DataError(fmt::format(
             "{}{}: {}; a loose contact or a disturbed sensor does that, a rod cannot, and a single such row spoils a "
@@ -259,6 +291,9 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     record.start_s = even.start_s;
     imported.filled = std::move(even.filled);
     imported.held = std::move(even.held);
+    if (std::string remark = remark_on_moved_rows(even, even.columns.front().size()); !remark.empty()) {
+      imported.remarks.push_back(path.string() + ": " + remark);
+    }
     std::move(even.repairs.begin(), even.repairs.end(), std::back_inserter(imported.repairs));
     for (std::size_t i = 0; i < even.columns.size(); ++i) rows.columns[first + i] = std::move(even.columns[i]);
   }
@@ -291,10 +326,8 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   Imported imported = assembled(rows, *table, roles, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
-    if (std::string remark = remark_on_moved_rows(even, even.columns.front().size()); !remark.empty()) {
-      imported.remarks.push_back(path.string() + ": " + remark);
-    }
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
+  if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
   if (own) refuse_exchanged(imported.record, roles, path, options);
   const ident::Record& record = imported.record;
   imported.guess = guess_text(*table, roles, path, record);
@@ -331,7 +364,6 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
   return imported;
 }
-  if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
 
 ImportedInput import_input(const std::filesystem::path& path, const Options& options, const std::string& unit,
                            const Progress& progress) {
