@@ -95,6 +95,7 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   task.structures = structures_for(command.models, task.structures);
   task.ladder = ladder_for(command.models);
   task.options = with(task.options, command.record, identify::parts_of_a_row(source));
+  task.is_split_given = command.record.split.has_value();
   task.intersample = source.intersample;
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
@@ -178,7 +179,6 @@ void require_own_folder(const FitCommand& command, const Source& source) {
 /// gaps, if a model met one; none of a record that is cut already.
 std::optional<std::string> cut_command(const FitCommand& command, const Source& source,
                                        const Identification& identification) {
-  const auto stop = identify::end_stop_of(identification);
   if (command.import.from_s || command.import.to_s) return std::nullopt;
   std::string cut;
   bool has_gaps = false;
@@ -191,6 +191,7 @@ std::optional<std::string> cut_command(const FitCommand& command, const Source& 
     has_gaps =
         has_gaps || (counts && model.verdict && ident::fails_any(*model.verdict, {ident::CriterionKind::interpolated}));
   }
+  const auto stop = identify::end_stop_of(identification);
   if (cut.empty() && stop) cut = ident::cut_options(*stop);
   if (cut.empty() && has_gaps) cut = importer::cut_options(source.cut.keeps_all() ? source.without_gaps : source.cut);
   if (cut.empty()) return std::nullopt;

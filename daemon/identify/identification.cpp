@@ -22,6 +22,7 @@
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/excitation/excitation.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/measured_noise.hpp"
 #include "ident/validation/verdict.hpp"
@@ -71,6 +72,18 @@ std::optional<std::string> piece_remark(const IdentificationTask& task) {
       "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
       "no whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
       estimating_s, periods, rows * step_s * kEnoughPeriods / periods);
+}
+
+/// Why another share of the record estimates than the default.
+std::string other_split_remark(const ident::CoveringSplit& other, const IdentificationTask& task) {
+  const std::string unit = ident::after_number(task.record.input_channel.unit);
+  return fmt::format(
+      "the two parts of the record see different inputs, {:.4g} to {:.4g}{} and {:.4g} to {:.4g}{}, and the first does "
+      "not tell a valve's dead band and gains; so {:.0f} % of the record estimate and the rest judges; with --split "
+      "{:g} "
+      "as by default, or 1 for all of it",
+      other.lowest, other.highest, unit, other.lowest_of_rest, other.highest_of_rest, unit, 100.0 * other.share,
+      task.options.split);
 }
 
 ident::RecordFacts facts_of(const IdentificationTask& task) {
@@ -409,6 +422,16 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.options.split = 1.0;
     named.judging_part_rests = true;
   }
+  const bool has_map =
+      named.structures.empty() || std::any_of(named.structures.begin(), named.structures.end(),
+                                              [](const auto& s) { return s.structure.input_map.valve.has_value(); });
+  const auto other = is_paper || !has_map || named.is_split_given || named.judging_part_rests
+                         ? std::nullopt
+                         : ident::covering_split(task.record, task.options);
+  if (other) {
+    named.options.split = other->share;
+    named.remarks.push_back(other_split_remark(*other, task));
+  }
   const auto piece = piece_remark(task);
   if (piece) named.remarks.push_back(*piece);
   std::vector<std::string> notes;
@@ -419,6 +442,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   // A note gives the reason why a periodic excitation has no response.
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
+  if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(*piece);
   identification.frequency_response = std::move(frequency_response);
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);

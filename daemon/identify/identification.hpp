@@ -36,6 +36,7 @@ struct IdentificationTask {
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.
   std::optional<double> noise_std = {};
   bool lacks_periods = false;                                 ///< as RecordFacts
+  bool is_split_given = false;                                ///< by the user; else identify() may choose another one
   bool judging_part_rests = false;                            ///< as in ident::Verdict; the split is 1 then
   ident::Intersample intersample = ident::Intersample::held;  ///< how `record` was made
 };
@@ -84,7 +85,8 @@ struct Comparisons {
 };
 
 /// Fits and judges each structure of the task, or climbs the ladder if it has none, and recommends a model. Estimates
-/// on the whole record where the part that would judge rests (ident::judging_part_rests). While no
+/// on the whole record where the part that would judge rests (ident::judging_part_rests), and on more than the default
+/// share where that does not tell a valve's map (ident::covering_split) and the user gave none. While no
 /// model is accepted, tries other starts, then the ladder, and finally writes the next experiment; see Round. Then
 /// makes the comparisons and measures the frequency response of the source.
 /// @param source  the one whose record the task has

@@ -121,6 +121,40 @@ TEST(Identify, JudgesAStepByItsSecondHalfWhereTheOutputGoesOn) {
   EXPECT_TRUE(found.models.at(0).result.model.validation) << "a rod that runs shows its gain";
 }
 
+TEST(Identify, LetsMoreOfAStaircaseEstimateWhoseFirstHalfDoesNotTellADeadBand) {
+  Source source;
+  source.name = "stairs.csv";
+  source.record.step_s = 0.01;
+  const std::vector<double> levels{0, 1, 0, -1, 0, 2, 0, -2, 0, 4, 0, -4, 0};
+  source.record.input = Eigen::VectorXd(100 * static_cast<Eigen::Index>(levels.size()));
+  Eigen::VectorXd flow(source.record.input.size());
+  for (Eigen::Index k = 0; k < flow.size(); ++k) {
+    const double u = levels[static_cast<std::size_t>(k / 100)];
+    source.record.input[k] = u;
+    flow[k] = u > 0.3 ? u - 0.3 : u < -0.3 ? u + 0.3 : 0.0;
+  }
+  source.record.output = ident::simulate({{{12.0, 0.0}}, {{0.06, 2.0}, {1.0, 1.0}}, 0.0}, flow, 0.01);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.05 * draw.normal();
+  const Identification found = identify(source, task_of(source), {}, {});
+  EXPECT_EQ(found.recommendation.model, "integrator_lag_valve") << found.recommendation.reason;
+  ASSERT_FALSE(found.warnings.empty());
+  EXPECT_EQ(
+      found.warnings.front().rfind("the two parts of the record see different inputs, -1 to 2 V and -4 to 4 V, ", 0),
+      0U)
+      << found.warnings.front();
+  for (const IdentifiedModel& one : found.models) {
+    if (one.structure.name != "integrator_lag_valve") continue;
+    EXPECT_EQ(one.result.model.provenance.at("split"), "0.6");
+    ASSERT_TRUE(one.result.model.input_map);
+    EXPECT_NEAR(one.result.model.input_map->dead_band, 0.3, 0.02);
+  }
+  // What the user chose stays.
+  IdentificationTask given = task_of(source);
+  given.is_split_given = true;
+  EXPECT_TRUE(identify(source, given, {}, {}).warnings.empty());
+}
+
 TEST(Identify, AsksForTheCutOfTheReaderWhereASensorFroze) {
   Source source;
   source.name = "frozen.csv";

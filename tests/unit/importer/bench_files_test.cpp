@@ -388,6 +388,45 @@ std::string rod_file(const std::string& header, const std::function<std::string(
   return text;
 }
 
+TEST_F(BenchFile, WithACodeForMissingValuesIsAskedAbout) {
+  const auto with = [&](const std::string& code, int first, int last) {
+    std::string text = "Time [s],Valve [V],Rod [mm]\n";
+    for (int k = 0; k < 300; ++k) {
+      text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
+                          k >= first && k < last ? code : fmt::format("{:.2f}", 100.0 + 5.0 * std::sin(0.03 * k)));
+    }
+    return write("codes.csv", text);
+  };
+  for (const char* code : {"-9999", "-999", "9999", "-99999", "1e30", "3.4e38", "-3.4028235e+38", "-999.25"}) {
+    const auto path = with(code, 100, 140);
+    Options options;
+    options.command = "eha fit codes.csv";
+    const std::string refusal = refusal_of(path, options);
+    EXPECT_NE(refusal.find("40 rows of the output hold "), std::string::npos) << code << ": " << refusal;
+    EXPECT_NE(refusal.find("a code for missing values"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("`eha fit codes.csv --resample`"), std::string::npos) << refusal;
+    EXPECT_NE(refusal.find("`eha fit codes.csv --from 1.4`"), std::string::npos) << refusal;
+    options.resample = true;
+    const Imported filled = import_record(path, options);
+    EXPECT_EQ(filled.filled.size(), 40U) << code;
+    EXPECT_LT(filled.record.output.maxCoeff(), 106.0) << code;
+  }
+  EXPECT_EQ(refusal_of(with("123.4", 10, 12)).find("a code for"), std::string::npos);
+  for (const char* word : {"---", "OVLD", "OL", "over", "#DIV/0!", "OVERFLOW"}) {
+    const std::string refusal = refusal_of(with(word, 100, 102));
+    EXPECT_NE(refusal.find("--resample` fills missing values"), std::string::npos) << word << ": " << refusal;
+  }
+}
+
+TEST_F(BenchFile, WithNinesAmongItsPlacesIsNotSaidToMissThem) {
+  std::string text = "Time [s],Valve [V],Rod [um]\n";
+  for (int k = 0; k < 300; ++k) {
+    text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
+                        std::lround(9999.0 + 800.0 * std::sin(0.03 * k)));
+  }
+  EXPECT_EQ(refusal_of(write("um.csv", text)), "");
+}
+
 TEST_F(BenchFile, TakesNoTemperatureForTheTime) {
   for (const char* name :
        {"T_oil [degC]", "T_oil", "T", "T_\u00d6l", "Oil temperature [\u00b0C]", "T [\u00b0C]", "T_tank"}) {
@@ -469,45 +508,6 @@ TEST_F(BenchFile, WithRowsOffAnEvenGridSaysWhatMovingThemCosts) {
   EXPECT_NE(imported.remarks.front().find("rows were moved by up to 0.002 s to an even step of 0.01 s"),
             std::string::npos)
       << imported.remarks.front();
-}
-
-TEST_F(BenchFile, WithACodeForMissingValuesIsAskedAbout) {
-  const auto with = [&](const std::string& code, int first, int last) {
-    std::string text = "Time [s],Valve [V],Rod [mm]\n";
-    for (int k = 0; k < 300; ++k) {
-      text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
-                          k >= first && k < last ? code : fmt::format("{:.2f}", 100.0 + 5.0 * std::sin(0.03 * k)));
-    }
-    return write("codes.csv", text);
-  };
-  for (const char* code : {"-9999", "-999", "9999", "-99999", "1e30", "3.4e38", "-3.4028235e+38", "-999.25"}) {
-    const auto path = with(code, 100, 140);
-    Options options;
-    options.command = "eha fit codes.csv";
-    const std::string refusal = refusal_of(path, options);
-    EXPECT_NE(refusal.find("40 rows of the output hold "), std::string::npos) << code << ": " << refusal;
-    EXPECT_NE(refusal.find("a code for missing values"), std::string::npos) << refusal;
-    EXPECT_NE(refusal.find("`eha fit codes.csv --resample`"), std::string::npos) << refusal;
-    EXPECT_NE(refusal.find("`eha fit codes.csv --from 1.4`"), std::string::npos) << refusal;
-    options.resample = true;
-    const Imported filled = import_record(path, options);
-    EXPECT_EQ(filled.filled.size(), 40U) << code;
-    EXPECT_LT(filled.record.output.maxCoeff(), 106.0) << code;
-  }
-  EXPECT_EQ(refusal_of(with("123.4", 10, 12)).find("a code for"), std::string::npos);
-  for (const char* word : {"---", "OVLD", "OL", "over", "#DIV/0!", "OVERFLOW"}) {
-    const std::string refusal = refusal_of(with(word, 100, 102));
-    EXPECT_NE(refusal.find("--resample` fills missing values"), std::string::npos) << word << ": " << refusal;
-  }
-}
-
-TEST_F(BenchFile, WithNinesAmongItsPlacesIsNotSaidToMissThem) {
-  std::string text = "Time [s],Valve [V],Rod [um]\n";
-  for (int k = 0; k < 300; ++k) {
-    text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
-                        std::lround(9999.0 + 800.0 * std::sin(0.03 * k)));
-  }
-  EXPECT_EQ(refusal_of(write("um.csv", text)), "");
 }
 
 }  // namespace
