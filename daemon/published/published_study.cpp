@@ -88,11 +88,8 @@ ScoredTest scored(const Test& test, const ident::Model& model, const ident::Reco
     result.is_of_estimating_rows = unscored < static_cast<std::size_t>(estimating.output.size());
   }
   const ident::Record record = read_part(simulated_part, found(test.part, files), estimating.step_s);
-  const double mean = estimating.output.mean();
   const ident::Model from =
-      test.begin == Begin::continued
-          ? model
-          : started(model, record, test.start_rows, (estimating.output.array() - mean).square().mean());
+      test.begin == Begin::continued ? model : started(model, record, test.start_rows, estimating);
   const Eigen::VectorXd output = ident::simulate(from, record.input, record.step_s);
   const Eigen::Index rows = record.output.size() - static_cast<Eigen::Index>(unscored);
   if (rows < 1)

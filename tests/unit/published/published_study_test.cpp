@@ -190,11 +190,14 @@ TEST_F(MadeUpSet, RanksTheScoreByTheMeasure) {
   EXPECT_NE(page_of({result}).html.find("Made up"), std::string::npos);
 }
 
+/// The record that estimated lag(): from rest.
+ident::Record estimating() { return record_of(lag(), 7); }
+
 TEST(TestStart, FindsTheStateFromTheFirstRowsAndKeepsTheOffset) {
   ident::Model moved = lag();
   moved.initial_state = {1.5};
   const ident::Record record = record_of(moved, 4);
-  const ident::Model found = started(lag(), record, 40, 2.0);
+  const ident::Model found = started(lag(), record, 40, estimating());
   ASSERT_EQ(found.initial_state.size(), 1U);
   EXPECT_NEAR(found.initial_state[0], 1.5, 0.02);
   EXPECT_EQ(found.initial_output, 1.0);
@@ -203,22 +206,33 @@ TEST(TestStart, FindsTheStateFromTheFirstRowsAndKeepsTheOffset) {
 TEST(TestStart, IsAtRestWithoutRows) {
   ident::Model moved = lag();
   moved.initial_state = {1.5};
-  EXPECT_TRUE(started(moved, record_of(moved, 4), 0, 2.0).initial_state.empty());
+  EXPECT_TRUE(started(moved, record_of(moved, 4), 0, estimating()).initial_state.empty());
 }
 
 TEST(TestStart, LooksAtNoRowBeyondTheFirst) {
   ident::Record record = record_of(lag(), 5);
-  const ident::Model before = started(lag(), record, 10, 2.0);
+  const ident::Model before = started(lag(), record, 10, estimating());
   record.output.tail(record.output.size() - 10).setConstant(1e3);
-  EXPECT_EQ(started(lag(), record, 10, 2.0).initial_state, before.initial_state);
+  EXPECT_EQ(started(lag(), record, 10, estimating()).initial_state, before.initial_state);
+}
+
+TEST(TestStart, IsThatOfTheEstimatingRecordWhereTheRowsAreItsRows) {
+  // The model errs at the start of both: its state is that of an estimate over the whole record.
+  ident::Model model = lag();
+  model.initial_state = {0.8};
+  const ident::Record record = record_of(lag(), 5);
+  const ident::Model found = started(model, record, 10, record);
+  ASSERT_EQ(found.initial_state.size(), 1U);
+  EXPECT_NEAR(found.initial_state[0], 0.8, 1e-9);
 }
 
 TEST(TestStart, OfAFractionalModelIsItsOffset) {
   ident::Model model = lag();
   model.transfer_function.denominator[0].order = 0.5;
+  const ident::Record estimated = record_of(model, 8);
   ident::Record record = record_of(model, 6);
   record.output.array() += 3.0;
-  const ident::Model found = started(model, record, 50, 10.0);
+  const ident::Model found = started(model, record, 50, estimated);
   EXPECT_TRUE(found.initial_state.empty());
   EXPECT_NEAR(found.initial_output, 4.0, 0.01);
 }
