@@ -48,11 +48,12 @@ std::string equation(const ident::Model& model, double factor, const std::string
   const ident::TransferFunction& g = model.transfer_function;
   const bool is_one_term = g.numerator.size() == 1;
   const std::string numerator = polynomial(g.numerator, factor);
-  std::string text =
-      fmt::format("y = {:.5g}{} + G {}, G = {} / ({})", factor * model.initial_output, behind(unit),
-                  driving_text(model), is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
+  const std::string plant = model.grey_box ? std::string(model.grey_box->kind->name) : "G";
+  std::string text = fmt::format("y = {:.5g}{} + {} {}, {}G = {} / ({})", factor * model.initial_output, behind(unit),
+                                 plant, driving_text(model), model.grey_box ? "linear form " : "",
+                                 is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
   if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
-  if (!model.initial_state.empty())
+  if (!model.initial_state.empty() && !model.grey_box)
     text += "; beside it the free response of the record's start (initial state x0, ...)";
   return text;
 }

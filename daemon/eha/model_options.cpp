@@ -211,7 +211,8 @@ std::vector<std::string> model_names() {
   std::vector<std::string> names;
   for (const ident::InputMapKind& kind : ident::input_map_kinds()) {
     for (const ident::StructureFamily& family : ident::structure_families()) {
-      names.push_back(std::string(family.name) + std::string(kind.suffix));
+      const bool takes_map = kind.suffix.empty() || !family.make({}).grey_box;
+      if (takes_map) names.push_back(std::string(family.name) + std::string(kind.suffix));
     }
   }
   return names;

@@ -6,17 +6,23 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/thread_executor.hpp"
 #include "daemon/published/set_records.hpp"
 #include "daemon/published/test_start.hpp"
+#include "ident/estimation/grey_box_fit.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/validation/score.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::published {
 namespace {
+
+constexpr double kClearGain = 10.0;  // of AR-BIC
 
 using Files = std::vector<std::filesystem::path>;
 
@@ -44,6 +50,34 @@ std::string best_without_limit(std::vector<identify::IdentifiedModel> models, id
   return identify::recommend(models, task).model;
 }
 
+/// Fits the grey boxes whose linear form the ladder's model is. One that is accepted and has a clearly lower AR-BIC
+/// takes its place.
+void try_grey_boxes(StudiedSet& studied, const identify::IdentificationTask& task) {
+  const ident::Model linear = *studied.model;
+  const auto ar_bic = [](const ident::Model& model) {
+    const auto& information = model.estimation->information;
+    return information ? information->ar_bic : std::numeric_limits<double>::infinity();
+  };
+  for (const ident::StructureFamily& family : ident::structure_families()) {
+    ident::StructureOptions asked{.name = std::string(family.name), .structure = family.make({})};
+    if (!asked.structure.grey_box || !ident::is_linear_form_of(*asked.structure.grey_box->kind, linear)) continue;
+    ident::Model model;
+    try {
+      model = ident::fit(task.record, asked, task.options, identify::thread_executor()).model;
+    } catch (const DataError& error) {
+      studied.recommendation += fmt::format(" {}: not fitted, {}.", asked.name, error.what());
+      continue;
+    }
+    model.verdict = ident::judge(model, task.acceptance);
+    const double gain = ar_bic(*studied.model) - ar_bic(model);
+    const bool is_taken = model.verdict->accepted && gain > kClearGain;
+    studied.recommendation += fmt::format(" {}: {}, its AR-BIC is {:.1f} {} that of {}.", model.name,
+                                          is_taken ? "taken in its place" : "not taken", std::abs(gain),
+                                          gain > 0.0 ? "below" : "above", studied.model->name);
+    if (is_taken) studied.model = std::move(model);
+  }
+}
+
 /// Climbs the ladder on the estimating part, all rows of which estimate.
 void fit(StudiedSet& studied, ident::Record record, const identify::Progress& progress) {
   const PublishedSet& set = *studied.set;
@@ -55,7 +89,6 @@ void fit(StudiedSet& studied, ident::Record record, const identify::Progress& pr
   task.options.decimation = set.decimation;
   const auto begin = std::chrono::steady_clock::now();
   const identify::Identification identification = identify::identify(source, task, {}, progress);
-  studied.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const ident::Recommendation& recommendation = identification.recommendation;
   studied.is_recommended = !recommendation.model.empty();
   studied.recommendation = ident::sentence(recommendation);
@@ -64,7 +97,12 @@ void fit(StudiedSet& studied, ident::Record record, const identify::Progress& pr
   for (const identify::IdentifiedModel& identified : identification.models) {
     if (identified.result.model.name == name) studied.model = identified.result.model;
   }
-  if (!studied.model) studied.failure = studied.recommendation;
+  if (!studied.model) {
+    studied.failure = studied.recommendation;
+    return;
+  }
+  try_grey_boxes(studied, task);
+  studied.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 /// Returns the score with offset and state fitted to all rows from `first` on.

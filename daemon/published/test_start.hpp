@@ -17,7 +17,8 @@ namespace eha::published {
 /// with z the estimating state, r the residual of the estimating record's first rows, each d scaled to an effect of rms
 /// 1 over the record, v the mean square error on the estimating part and w the mean square of its output about its
 /// mean: a direction of d that the rows determine poorly stays near 0. For whole orders the state has as many values as
-/// the order; for a fractional order, whose state is infinite, the offset replaces it.
+/// the order; for a fractional order, whose state is infinite, the offset replaces it. Of a grey box d moves its
+/// states, in rounds of Gauss and Newton.
 /// @param rows        0: the model at rest
 /// @param estimating  the part that estimated the model, from its first row
 /// Cost: a simulation of either record and one for each value of the state.

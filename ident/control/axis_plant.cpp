@@ -12,6 +12,7 @@
 #include "ident/fractional/poles.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/linear_algebra/spectra.hpp"
+#include "ident/model/grey_box_output.hpp"
 #include "ident/structure/parameter_role.hpp"
 #include "ident/uncertainty/stored_covariance.hpp"
 
@@ -152,6 +153,7 @@ double std_of(const Model& model, std::string_view name) {
 }  // namespace
 
 AxisPlant axis_plant(const Model& model, const AxisTask& task) {
+  require_linear(model, "a controller is designed for a linear plant");
   const auto refuse = [&](const std::string& why) { throw DataError(fmt::format("model {}: {}", model.name, why)); };
   if (!is_plant(model.transfer_function)) {
     refuse(

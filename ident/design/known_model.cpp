@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "ident/model/grey_box_output.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
 #include "ident/uncertainty/stored_covariance.hpp"
@@ -18,6 +19,7 @@
 namespace eha::ident {
 
 KnownModel known_model(const Model& model, const std::string& parameter, const ImprovementTask& task) {
+  require_linear(model, "an experiment is designed for a linear plant");
   KnownModel known{with_rising_terms(model), stored_covariance(model), {}, 0};
   const bool has_noise = model.estimation && model.estimation->noise && model.estimation->compared_step_s;
   if (!has_noise || known.covariance.parameters.empty()) {

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/fit_report.hpp"
+#include "ident/estimation/grey_box_fit.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/sub_structures.hpp"
@@ -154,6 +155,10 @@ FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, co
               const Executor& executor, const std::vector<Model>& known, const FitProgress& progress) {
   const StructureOptions asked = with_sides_of(prepared.record.input, wanted);
   check_input(prepared.record, asked, options);
+  if (asked.structure.grey_box) {
+    if (progress) progress(0.0, asked.name);
+    return fit_grey_box(prepared, asked, options, executor);
+  }
   if (options.search == Search::local || !known.empty()) {
     return fit_from(prepared, asked, options, executor, known, {});
   }
@@ -170,7 +175,7 @@ FitResult fit(const Record& record, const StructureOptions& wanted, const FitOpt
   check_record(record, options);
   const StructureOptions asked = with_sides_of(record.input, wanted);
   check_input(record, asked, options);
-  if (options.procedure == Procedure::paper) {
+  if (options.procedure == Procedure::paper && !asked.structure.grey_box) {
     if (options.input_before) {
       throw ConfigError(
           "input_before: the paper's procedure begins each part with zero history; leave out one of the two");

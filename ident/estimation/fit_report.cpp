@@ -57,22 +57,14 @@ double value_in(const Model& model, const ParameterKey& key) {
       return model.input_map.value().negative_gain_ratio;
     case ParameterRole::initial_output:
       return model.initial_output;
+    case ParameterRole::grey_box:
+      return model.grey_box.value().values.at(key.index);
     case ParameterRole::initial_state:
       return model.initial_state.at(key.index);
     case ParameterRole::past_input:
       break;
   }
   return model.past_input.at(key.index).value;
-}
-
-/// Adds the free response to the listed parameters.
-void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& model) {
-  const auto add = [&](const ParameterKey& key) {
-    const double value = value_in(model, key);
-    parameters.push_back({key.name, value, 0.0, value, value, true, key.role});
-  };
-  for (std::size_t i = 0; i < model.initial_state.size(); ++i) add(state_key(i));
-  for (std::size_t i = 0; i < model.past_input.size(); ++i) add(past_input_key(i));
 }
 
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
@@ -194,6 +186,15 @@ std::vector<ParameterEstimate> listed_values(const Structure& structure, const M
     all.push_back({parameter->key.name, value, 0.0, value, value, true, parameter->key.role});
   }
   return all;
+}
+
+void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& model) {
+  const auto add = [&](const ParameterKey& key) {
+    const double value = value_in(model, key);
+    parameters.push_back({key.name, value, 0.0, value, value, true, key.role});
+  };
+  for (std::size_t i = 0; i < model.initial_state.size(); ++i) add(state_key(i));
+  for (std::size_t i = 0; i < model.past_input.size(); ++i) add(past_input_key(i));
 }
 
 Normalised normalised(TransferFunction g) {

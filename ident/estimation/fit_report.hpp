@@ -33,6 +33,9 @@ struct SearchEnd {
 /// @param model  with its transfer function's terms by rising order
 [[nodiscard]] std::vector<ParameterEstimate> listed_values(const Structure& structure, const Model& model);
 
+/// Adds the free response to the listed parameters, each value marked as fixed.
+void add_free_response(std::vector<ParameterEstimate>& parameters, const Model& model);
+
 struct Normalised {
   TransferFunction g;
   double divisor;

@@ -13,6 +13,7 @@
 #include "ident/export/vector_fitting.hpp"
 #include "ident/fractional/simulate.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/model/grey_box_output.hpp"
 
 namespace eha::ident {
 namespace {
@@ -119,6 +120,7 @@ void check_fractional(const Model& model) {
 }  // namespace
 
 ExportedModel exported(const Model& model, const std::optional<FrequencyInterval>& band) {
+  require_linear(model, "exports are of linear plants");
   const TransferFunction& g = model.transfer_function;
   check(g);
   if (!model.past_input.empty() && g.delay_s > 0.0) {

@@ -174,15 +174,7 @@ std::string gain_text(const Model& model, double gain, std::string_view plus_min
                                                       plus_minus);
 }
 
-}  // namespace
-
-bool may_be_lag(const Model& model) {
-  if (!(model.transfer_function.delay_s > 0.0) || !model.verdict || !model.verdict->usable_band) return false;
-  const double highest_Hz = model.verdict->usable_band->highest_Hz;
-  return 2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s < 1.0;
-}
-
-std::string engineering_form(const Model& model, std::string_view plus_minus) {
+std::string linear_text(const Model& model, std::string_view plus_minus) {
   const TransferFunction& g = model.transfer_function;
   if (!is_whole(g.numerator) || !is_whole(g.denominator)) return {};
   const std::vector<Term> numerator = present(g.numerator);
@@ -210,6 +202,50 @@ std::string engineering_form(const Model& model, std::string_view plus_minus) {
   return text;
 }
 
+std::string grey_box_unit(const Model& model, std::size_t index) {
+  if (!model.grey_box || index >= model.grey_box->kind->parameters.size()) return "";
+  switch (model.grey_box->kind->parameters[index].unit) {
+    case GreyBoxUnit::rate_gain:
+      return gain_unit(model, -1.0);
+    case GreyBoxUnit::seconds:
+      return "s";
+    case GreyBoxUnit::input:
+      return model.input_unit;
+    case GreyBoxUnit::output:
+      return model.output_unit;
+    case GreyBoxUnit::none:
+      break;
+  }
+  return "";
+}
+
+std::string grey_box_text(const Model& model, std::string_view plus_minus) {
+  std::string text = fmt::format("{}:", model.grey_box->kind->name);
+  for (std::size_t i = 0; i < model.grey_box->values.size(); ++i) {
+    const std::string_view name = model.grey_box->kind->parameters[i].name;
+    const ParameterEstimate* estimate = parameter(
+        model, [&](const ParameterEstimate& p) { return p.role == ParameterRole::grey_box && p.name == name; });
+    text += fmt::format("{} {} {}{}", i > 0 ? "," : "", name,
+                        figure_text(model.grey_box->values[i], 4, estimate, plus_minus),
+                        after_number(grey_box_unit(model, i)));
+  }
+  return text;
+}
+
+}  // namespace
+
+bool may_be_lag(const Model& model) {
+  if (!(model.transfer_function.delay_s > 0.0) || !model.verdict || !model.verdict->usable_band) return false;
+  const double highest_Hz = model.verdict->usable_band->highest_Hz;
+  return 2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s < 1.0;
+}
+
+std::string engineering_form(const Model& model, std::string_view plus_minus) {
+  const std::string linear = linear_text(model, plus_minus);
+  if (!model.grey_box) return linear;
+  return grey_box_text(model, plus_minus) + (linear.empty() ? "" : "; its linear form: " + linear);
+}
+
 std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
   const auto by_order = [](std::vector<Term> terms) {
     std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
@@ -230,6 +266,8 @@ std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
     }
     case ParameterRole::delay:
       return "s";
+    case ParameterRole::grey_box:
+      return grey_box_unit(model, index);
     case ParameterRole::input_bias:
     case ParameterRole::valve_null:
     case ParameterRole::dead_band:

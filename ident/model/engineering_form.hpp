@@ -13,6 +13,8 @@ namespace eha::ident {
 ///   "K = 0.1479 in/(V s), integrating; T = 0.0056 s; f0 = 12.1 Hz, D = 0.31; dead time 6.3 ms"
 /// A root in the right half plane has a negative T or D.
 /// Where the model has a parameter K of another size, because its denominator does not end in 1, the gain is K/a0.
+/// A grey box comes first, with its values: "friction: gain 0.181 m/(V s), lag_s 0.465 s, friction 0.616 V; its linear
+/// form: K = ...".
 /// @param plus_minus  before half the 95 % interval of K, T and dead time where it is known; empty: without it
 /// @returns empty for a model with a fractional order, or without a gain
 [[nodiscard]] std::string engineering_form(const Model& model, std::string_view plus_minus = {});

@@ -11,6 +11,7 @@
 
 #include "ident/fractional/stability.hpp"
 #include "ident/fractional/transfer_function.hpp"
+#include "ident/grey_box/grey_box_kind.hpp"
 #include "ident/model/criterion.hpp"
 #include "ident/signal/valve_map.hpp"
 #include "ident/structure/parameter_role.hpp"
@@ -262,16 +263,25 @@ struct PastInput {
   double value = 0.0;  ///< [input unit]; behind the map if there is one
 };
 
+/// A plant with equations of its own: a kind and its values, one an entry of the kind's list.
+struct GreyBox {
+  const GreyBoxKind* kind = nullptr;
+  std::vector<double> values;
+};
+
 /// y(t) = initial_output + G(v)(t) + free response, at rest before t = 0 and before the past input, if any;
-/// v = input_map(u) from t = 0 on where there is a map, else u + input_bias.
+/// v = input_map(u) from t = 0 on where there is a map, else u + input_bias. With a grey box y(t) = initial_output +
+/// z(t), z the first of its states, which start at initial_state, or at 0.
 struct Model {
-  std::string name;                   ///< "io", "fo"
-  std::optional<ValveMap> input_map;  ///< none: the bias alone
-  TransferFunction transfer_function;
+  std::string name;                           ///< "io", "fo"
+  std::optional<ValveMap> input_map;          ///< none: the bias alone
+  std::optional<GreyBox> grey_box;            ///< none: the plant is G
+  TransferFunction transfer_function;         ///< G; beside a grey box its linear form, see GreyBoxKind::linearised
   std::optional<StructureOptions> structure;  ///< the fitted one; its name is that of the model
   double input_bias = 0.0;                    ///< [input unit], switched on at t = 0; 0 beside a map
   double initial_output = 0.0;                ///< [output unit], a permanent offset
-  /// Numerator of the decaying free response x(s) = sum_i c_i s^i / D(s), i = 0..; empty for none.
+  /// Numerator of the decaying free response x(s) = sum_i c_i s^i / D(s), i = 0..; of a grey box its states. Empty for
+  /// none.
   std::vector<double> initial_state;
   std::vector<PastInput> past_input;  ///< the latest window first; empty for none
   std::string input_unit = "V";

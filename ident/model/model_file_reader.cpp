@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "ident/model/earlier_files.hpp"
+#include "ident/model/grey_box_output.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/model_node.hpp"
 #include "ident/model/structure_node.hpp"
@@ -50,6 +51,29 @@ ValveMap read_input_map(const Node& node) {
                      object.at("negative_gain_ratio").number()};
   if (!(map.dead_band >= 0.0)) object.at("dead_band").refuse("at least 0");
   return map;
+}
+
+GreyBox read_grey_box(const Node& node) {
+  std::string name;
+  node.at("kind").read(name);
+  std::string names;
+  for (const GreyBoxKind* kind : grey_box_kinds()) {
+    names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", kind->name);
+    if (kind->name != name) continue;
+    std::vector<std::string> texts;
+    for (const GreyBoxParameter& parameter : kind->parameters) texts.emplace_back(parameter.name);
+    std::vector<std::string_view> keys{"kind"};
+    keys.insert(keys.end(), texts.begin(), texts.end());
+    const Node object = node.object(keys);
+    GreyBox box{kind, {}};
+    for (std::size_t i = 0; i < texts.size(); ++i) {
+      const Node value = object.at(texts[i].c_str());
+      box.values.push_back(value.number());
+      if (kind->parameters[i].positive && !(box.values[i] > 0.0)) value.refuse("more than 0");
+    }
+    return box;
+  }
+  node.at("kind").refuse("one of " + names);
 }
 
 /// @param numerator_terms  of the model
@@ -353,9 +377,10 @@ PastInput read_past_input(const Node& node, double begin_s) {
 }
 
 Model read_model(const Node& node, const std::string& file_name) {
-  const Node object = node.object({"schema", "name", "input_map", "transfer_function", "structure", "input_bias",
-                                   "initial_output", "initial_state", "past_input", "units", "parameters", "estimation",
-                                   "validation", "stability", "bode", "verdict", "procedure", "provenance"});
+  const Node object =
+      node.object({"schema", "name", "input_map", "grey_box", "transfer_function", "structure", "input_bias",
+                   "initial_output", "initial_state", "past_input", "units", "parameters", "estimation", "validation",
+                   "stability", "bode", "verdict", "procedure", "provenance"});
   std::string schema(kSchema);
   object.read("schema", schema);
   if (schema != kSchema) object.at("schema").refuse(fmt::format("\"{}\"", kSchema));
@@ -369,13 +394,22 @@ Model read_model(const Node& node, const std::string& file_name) {
     model.structure->name = model.name;
   }
   if (object.has("input_map")) model.input_map = read_input_map(object.at("input_map"));
+  if (object.has("grey_box")) {
+    model.grey_box = read_grey_box(object.at("grey_box"));
+    if (model.input_map) object.at("input_map").refuse("none beside grey_box");
+    model.transfer_function = linear_form(*model.grey_box, model.transfer_function.delay_s);
+  }
   if (object.has("input_bias")) model.input_bias = object.at("input_bias").number();
   if (model.input_map && model.input_bias != 0.0) object.at("input_bias").refuse("0 beside input_map");
   if (object.has("initial_output")) model.initial_output = object.at("initial_output").number();
   if (object.has("initial_state")) {
     for (const Node& entry : object.at("initial_state").list()) model.initial_state.push_back(entry.number());
   }
+  if (model.grey_box && model.initial_state.size() > model.grey_box->kind->states) {
+    object.at("initial_state").refuse(fmt::format("at most {} states", model.grey_box->kind->states));
+  }
   if (object.has("past_input")) {
+    if (model.grey_box) object.at("past_input").refuse("none beside grey_box");
     double begin_s = 0.0;
     for (const Node& entry : object.at("past_input").list()) {
       model.past_input.push_back(read_past_input(entry, begin_s));

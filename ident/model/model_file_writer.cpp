@@ -168,6 +168,13 @@ std::string to_text(const Model& model) {
                            {"dead_band", model.input_map->dead_band},
                            {"negative_gain_ratio", model.input_map->negative_gain_ratio}};
   }
+  if (model.grey_box) {
+    OrderedJson box{{"kind", model.grey_box->kind->name}};
+    for (std::size_t i = 0; i < model.grey_box->values.size(); ++i) {
+      box[std::string(model.grey_box->kind->parameters[i].name)] = model.grey_box->values[i];
+    }
+    object["grey_box"] = std::move(box);
+  }
   object["transfer_function"] = {{"numerator", terms_to_json(model.transfer_function.numerator)},
                                  {"denominator", terms_to_json(model.transfer_function.denominator)},
                                  {"delay_s", model.transfer_function.delay_s}};

@@ -12,6 +12,7 @@
 #include "ident/fractional/held_response.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/model/grey_box_output.hpp"
 
 namespace eha::ident {
 namespace {
@@ -95,6 +96,12 @@ bool is_at_rest(const Model& model) { return model.initial_state.empty() && mode
 
 Eigen::VectorXd simulate(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& input, double step_s,
                          SimulationMethod method) {
+  if (model.grey_box) {
+    if (method != SimulationMethod::exact) {
+      throw ConfigError(fmt::format("grey_box: {} is simulated by the method exact alone", model.grey_box->kind->name));
+    }
+    return grey_box_output(model, driving(model, input), step_s).array() + model.initial_output;
+  }
   Eigen::VectorXd y = simulate(model.transfer_function, driving(model, input), step_s, method);
   y.array() += model.initial_output;
   if (!is_at_rest(model) && input.size() > 0) {
@@ -114,6 +121,9 @@ OutputOnRecord::OutputOnRecord(const Record& record, const Comparison& compariso
     : record_(record), comparison_(comparison) {}
 
 ModelOutput OutputOnRecord::of(const Model& model) {
+  if (model.grey_box) {
+    return {picked(grey_box_output(model, driving(model, record_.input), record_.step_s), comparison_), {}};
+  }
   if (grows(model.transfer_function)) {
     const Eigen::VectorXd input = driving(model, record_.input);
     return {picked(simulate_gl_directly(model.transfer_function, input, record_.step_s), comparison_), {}};

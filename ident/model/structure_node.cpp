@@ -133,6 +133,21 @@ InputMap read_map(const Node& node) {
   return map;
 }
 
+GreyBoxStructure read_box_structure(const Node& node) {
+  std::string name;
+  node.at("kind").read(name);
+  for (const GreyBoxKind* kind : grey_box_kinds()) {
+    if (kind->name != name) continue;
+    GreyBoxStructure box{kind, {}};
+    for (std::size_t i = 0; i < kind->parameters.size(); ++i) {
+      const std::string key(kind->parameters[i].name);
+      box.parameters.push_back(read_parameter(node.at(key.c_str()), grey_box_key(key, i)));
+    }
+    return box;
+  }
+  node.at("kind").refuse("the name of a grey box");
+}
+
 Degrees read_degrees(const Node& node) {
   const Node object = node.object({"poles", "zeros"});
   Degrees degrees;
@@ -164,6 +179,13 @@ OrderedJson structure_to_json(const StructureOptions& asked) {
   object["numerator"] = to_json(structure.numerator);
   object["denominator"] = to_json(structure.denominator);
   if (structure.base_order) object["base_order"] = to_json(*structure.base_order);
+  if (structure.grey_box) {
+    OrderedJson box{{"kind", structure.grey_box->kind->name}};
+    for (const StructureParameter& parameter : structure.grey_box->parameters) {
+      box[parameter.key.name] = to_json(parameter);
+    }
+    object["grey_box"] = std::move(box);
+  }
   object["delay"] = to_json(structure.delay);
   object["input_map"] = to_json(structure.input_map);
   object["initial_output"] = to_json(structure.initial_output);
@@ -177,8 +199,8 @@ OrderedJson structure_to_json(const StructureOptions& asked) {
 }
 
 StructureOptions read_structure(const Node& node) {
-  const Node object = node.object({"family", "formula", "degrees", "numerator", "denominator", "base_order", "delay",
-                                   "input_map", "initial_output", "initial_state", "parameters"});
+  const Node object = node.object({"family", "formula", "degrees", "numerator", "denominator", "base_order", "grey_box",
+                                   "delay", "input_map", "initial_output", "initial_state", "parameters"});
   StructureOptions asked;
   Structure structure;
   object.at("family").read(structure.family);
@@ -190,6 +212,7 @@ StructureOptions read_structure(const Node& node) {
   structure.denominator = read_terms(
       object.at("denominator"), [](std::size_t k, std::size_t) { return std::pair(coefficient_key(k), order_key(k)); });
   if (object.has("base_order")) structure.base_order = read_parameter(object.at("base_order"), base_order_key());
+  if (object.has("grey_box")) structure.grey_box = read_box_structure(object.at("grey_box"));
   structure.delay = read_parameter(object.at("delay"), delay_key());
   structure.input_map = read_map(object.at("input_map"));
   structure.initial_output = read_parameter(object.at("initial_output"), initial_output_key());

@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "ident/grey_box/grey_box_kind.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -100,11 +102,19 @@ ParameterKey initial_output_key() { return single(ParameterRole::initial_output)
 ParameterKey state_key(std::size_t index) { return numbered(ParameterRole::initial_state, index); }
 ParameterKey past_input_key(std::size_t index) { return numbered(ParameterRole::past_input, index); }
 
+ParameterKey grey_box_key(std::string_view name, std::size_t index) {
+  return {std::string(name), ParameterRole::grey_box, index};
+}
+
 ParameterKey key_of(std::string_view name, std::size_t numerator_terms) {
   if (name == kGain) return numerator_key(0, 1);
   if (name == kGainOrder && numerator_terms == 1) return numerator_order_key(0, 1);
   for (const Prefix& whole : kSingle) {
     if (name == whole.text) return single(whole.role);
+  }
+  for (const GreyBoxKind* kind : grey_box_kinds()) {
+    const std::size_t index = index_of(*kind, name);
+    if (index < kind->parameters.size()) return grey_box_key(name, index);
   }
   for (const Prefix& prefix : kPrefixes) {
     if (!name.starts_with(prefix.text)) continue;

@@ -22,6 +22,7 @@ enum class ParameterRole {
   initial_output,       ///< permanent offset [output unit]
   initial_state,        ///< term of the free response of a finite state
   past_input,           ///< input in one window before t = 0 [input unit]
+  grey_box,             ///< of a grey box, the index counts in its kind's list
 };
 
 /// One parameter of a model. Terms are counted from the lowest order.
@@ -45,7 +46,8 @@ struct ParameterKey {
 /// Whether a parameter shifts the record rather than shapes the plant: bias, valve null, offset, free response.
 [[nodiscard]] bool is_offset(ParameterRole role);
 
-/// Returns the least physical value: 0 for a dead band and a delay, else minus infinity.
+/// Returns the least physical value: 0 for a dead band and a delay, else minus infinity (a grey box's kind has its
+/// own).
 [[nodiscard]] double least_value(ParameterRole role);
 
 /// The keys of model files, spelled here only. Denominator term i has coefficient "a<i>" and order "n<i>". One
@@ -64,6 +66,8 @@ struct ParameterKey {
 [[nodiscard]] ParameterKey state_key(std::size_t index);
 /// The latest window has index 0.
 [[nodiscard]] ParameterKey past_input_key(std::size_t index);
+/// The key of a grey box's parameter, named by its kind.
+[[nodiscard]] ParameterKey grey_box_key(std::string_view name, std::size_t index);
 
 /// Returns the key of a name read from a model file. An unknown name counts as a coefficient of the denominator.
 /// @param numerator_terms  of the model: "b0" is an order if there is one term, otherwise a coefficient

@@ -75,6 +75,9 @@ std::vector<const StructureParameter*> requestable_parameters(const Structure& s
   visit_orders(structure, [&](const StructureParameter& order) { all.push_back(&order); });
   if (structure.base_order) all.push_back(&*structure.base_order);
   for (const StructureTerm& term : structure.numerator) all.push_back(&term.coefficient);
+  if (structure.grey_box) {
+    for (const StructureParameter& parameter : structure.grey_box->parameters) all.push_back(&parameter);
+  }
   all.push_back(&structure.delay);
   for (const StructureParameter* parameter : map_parameters(structure.input_map)) all.push_back(parameter);
   all.push_back(&structure.initial_output);
@@ -84,6 +87,9 @@ std::vector<const StructureParameter*> requestable_parameters(const Structure& s
 
 std::vector<const StructureParameter*> listed_parameters(const Structure& structure) {
   std::vector<const StructureParameter*> all;
+  if (structure.grey_box) {
+    for (const StructureParameter& parameter : structure.grey_box->parameters) all.push_back(&parameter);
+  }
   for (const StructureTerm& term : structure.numerator) all.push_back(&term.coefficient);
   for (std::size_t i = structure.denominator.size(); i-- > 0;) all.push_back(&structure.denominator[i].coefficient);
   if (structure.base_order) all.push_back(&*structure.base_order);

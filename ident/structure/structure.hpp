@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "ident/grey_box/grey_box_kind.hpp"
 #include "ident/structure/parameter_role.hpp"
 
 namespace eha::ident {
@@ -60,6 +61,13 @@ struct Degrees {
   int zeros = 0;  ///< 0..poles
 };
 
+/// A plant with equations of its own in place of G, and its parameters, one an entry of the kind's list. Without a
+/// request each is free; its start is found from the linear form.
+struct GreyBoxStructure {
+  const GreyBoxKind* kind = nullptr;
+  std::vector<StructureParameter> parameters;
+};
+
 /// A family of models as data:
 ///   y = initial_output + G(map(u)) + free response,  G = exp(-delay s) sum_j b_j s^be_j / sum_i a_i s^al_i.
 /// Terms are sorted by their order's starting value, the lowest first. The coefficient of denominator term
@@ -75,6 +83,8 @@ struct Structure {
   InputMap input_map;
   StructureParameter initial_output{.key = initial_output_key(), .freedom = Freedom::free};
   std::optional<Degrees> degrees;  ///< its degrees, if the family has degrees
+  /// Numerator and denominator are then those of its linear form, constant and not listed.
+  std::optional<GreyBoxStructure> grey_box = {};
 };
 
 /// Index of the denominator term whose coefficient is 1 by normalisation, that of the second lowest order.

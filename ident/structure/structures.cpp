@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "core/error.hpp"
 #include "ident/structure/order_bounds.hpp"
@@ -75,6 +76,9 @@ constexpr auto kFamilies = std::to_array<StructureFamily>({
     {"fo", false, [](const Degrees&) { return structures::fo(); }},
     {"commensurate", true, [](const Degrees& degrees) { return structures::commensurate(degrees); }},
     {"lag", false, [](const Degrees&) { return structures::lag(); }},
+    {"friction", false, [](const Degrees&) { return structures::grey_box(friction_kind()); }},
+    {"outflow", false, [](const Degrees&) { return structures::grey_box(outflow_kind()); }},
+    {"overflow", false, [](const Degrees&) { return structures::grey_box(overflow_kind()); }},
 });
 
 Structure without_map(Structure structure) {
@@ -173,7 +177,31 @@ Structure lag() {
   return structure;
 }
 
+Structure grey_box(const GreyBoxKind& kind) {
+  Structure structure = kind.integrates ? integrator_lag() : io();
+  structure.family = kind.name;
+  structure.formula = kind.formula;
+  structure.degrees.reset();
+  const auto hold = [](StructureParameter& parameter) {
+    parameter.freedom = Freedom::constant;
+    parameter.listed = false;
+  };
+  for (StructureTerm& term : structure.numerator) hold(term.coefficient);
+  for (StructureTerm& term : structure.denominator) hold(term.coefficient);
+  GreyBoxStructure& box = structure.grey_box.emplace();
+  box.kind = &kind;
+  for (std::size_t i = 0; i < kind.parameters.size(); ++i) {
+    box.parameters.push_back({.key = grey_box_key(kind.parameters[i].name, i),
+                              .lower = kind.parameters[i].positive ? 0.0 : -std::numeric_limits<double>::infinity(),
+                              .freedom = Freedom::free});
+  }
+  if (kind.bias_is_reference) structure.input_map.bias.freedom = Freedom::constant;
+  return structure;
+}
+
 Structure behind_valve(Structure structure) {
+  if (structure.grey_box)
+    throw ConfigError(fmt::format("input_map: expected none before {}, got valve", structure.family));
   structure.input_map.valve.emplace();
   structure.input_map.bias.freedom = Freedom::constant;
   structure.input_map.bias.value = 0.0;

@@ -36,7 +36,11 @@ namespace structures {
 /// K / (a1 s^n1 + a0).
 [[nodiscard]] Structure lag();
 
+/// A plant of a kind of grey box, on request alone: the ladder does not climb it.
+[[nodiscard]] Structure grey_box(const GreyBoxKind& kind);
+
 /// Returns the structure with a valve map before G in place of the input bias.
+/// @throws ConfigError  before a grey box
 [[nodiscard]] Structure behind_valve(Structure structure);
 
 }  // namespace structures

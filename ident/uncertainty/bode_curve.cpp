@@ -6,6 +6,7 @@
 #include <complex>
 #include <numbers>
 
+#include "ident/model/grey_box_output.hpp"
 #include "ident/structure/structure.hpp"
 
 namespace eha::ident {
@@ -14,6 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr std::size_t kPoints = 40;
+constexpr double kDifference = 1e-5;  // relative step of a difference
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 const double kDecibels = 20.0 / std::numbers::ln10;
 
@@ -45,8 +47,21 @@ Complex by_base_order(const std::vector<Term>& terms, double q, Complex s) {
   return sum / value(terms, s);
 }
 
+/// d ln G of the linear form of a grey box by one of its values, by a central difference.
+Complex by_grey_box(const Model& model, std::size_t index, Complex s) {
+  if (!model.grey_box || index >= model.grey_box->values.size()) return 0.0;
+  const auto gain = [&](double by) {
+    GreyBox moved = *model.grey_box;
+    moved.values[index] += by;
+    const TransferFunction g = linear_form(moved, 0.0);
+    return value(g.numerator, s) / value(g.denominator, s);
+  };
+  const double step = kDifference * std::abs(model.grey_box->values[index]);
+  return step > 0.0 ? std::log(gain(step) / gain(-step)) / (2.0 * step) : 0.0;
+}
+
 /// d ln G by a parameter; 0 for one that does not move G.
-Complex log_derivative(const ParameterKey& parameter, const std::vector<Term>& numerator,
+Complex log_derivative(const Model& model, const ParameterKey& parameter, const std::vector<Term>& numerator,
                        const std::vector<Term>& denominator, Complex s) {
   switch (parameter.role) {
     case ParameterRole::numerator_coefficient:
@@ -63,6 +78,8 @@ Complex log_derivative(const ParameterKey& parameter, const std::vector<Term>& n
     }
     case ParameterRole::delay:
       return -s;
+    case ParameterRole::grey_box:
+      return by_grey_box(model, parameter.index, s);
     case ParameterRole::input_bias:
     case ParameterRole::valve_null:
     case ParameterRole::dead_band:
@@ -95,7 +112,7 @@ GainSlope gain_slope(const Model& model, const std::vector<ParameterKey>& parame
   at.gain = value(numerator, s) / value(denominator, s) * std::exp(-s * model.transfer_function.delay_s);
   at.slope.resize(static_cast<Eigen::Index>(parameters.size()));
   for (Eigen::Index i = 0; i < at.slope.size(); ++i) {
-    at.slope[i] = log_derivative(parameters[static_cast<std::size_t>(i)], numerator, denominator, s);
+    at.slope[i] = log_derivative(model, parameters[static_cast<std::size_t>(i)], numerator, denominator, s);
   }
   return at;
 }
@@ -121,7 +138,7 @@ BodeCurve bode_curve(const Model& model, std::span<const double> frequencies_Hz,
     if (known.parameters.empty()) continue;
     Eigen::VectorXcd slope(static_cast<Eigen::Index>(known.parameters.size()));
     for (Eigen::Index i = 0; i < slope.size(); ++i) {
-      slope[i] = log_derivative(known.parameters[static_cast<std::size_t>(i)], numerator, denominator, s);
+      slope[i] = log_derivative(model, known.parameters[static_cast<std::size_t>(i)], numerator, denominator, s);
     }
     const auto deviation = [&](const Eigen::VectorXd& by) {
       return std::sqrt(std::max(0.0, by.dot(known.matrix * by)));

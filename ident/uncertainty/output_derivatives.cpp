@@ -35,6 +35,8 @@ double* place_of(Model& model, const ParameterKey& key) {
       return model.input_map ? &model.input_map->dead_band : nullptr;
     case ParameterRole::negative_gain_ratio:
       return model.input_map ? &model.input_map->negative_gain_ratio : nullptr;
+    case ParameterRole::grey_box:
+      return model.grey_box && key.index < model.grey_box->values.size() ? &model.grey_box->values[key.index] : nullptr;
     case ParameterRole::initial_output:
       return &model.initial_output;
     case ParameterRole::initial_state:

@@ -20,8 +20,9 @@ void rescale(Score& score, double factor) {
   score.error_max *= factor;
 }
 
-bool is_numerator_coefficient(const Model& model, const std::string& parameter) {
-  return key_of(parameter, model.transfer_function.numerator.size()).role == ParameterRole::numerator_coefficient;
+bool is_coefficient_of_output(const Model& model, const std::string& parameter) {
+  const ParameterKey key = key_of(parameter, model.transfer_function.numerator.size());
+  return key.role != ParameterRole::initial_state && scales_with_output(key);
 }
 
 void rescale(StructureOptions& asked, double factor) {
@@ -34,7 +35,7 @@ void rescale(StructureOptions& asked, double factor) {
   for (StructureTerm& term : asked.structure.numerator) rescale_all(term.coefficient);
   rescale_all(asked.structure.initial_output);
   for (ParameterRequest& request : asked.parameters) {
-    if (!scales_with_output(key_of(request.name, asked.structure.numerator.size()).role)) continue;
+    if (!scales_with_output(key_of(request.name, asked.structure.numerator.size()))) continue;
     for (std::optional<double>* value : {&request.start, &request.lower, &request.upper}) {
       if (*value) **value *= factor;
     }
@@ -43,7 +44,16 @@ void rescale(StructureOptions& asked, double factor) {
 
 }  // namespace
 
-bool scales_with_output(ParameterRole role) {
+bool scales_with_output(const ParameterKey& key) {
+  const ParameterRole role = key.role;
+  if (role == ParameterRole::grey_box) {
+    for (const GreyBoxKind* kind : grey_box_kinds()) {
+      const std::size_t index = index_of(*kind, key.name);
+      if (index >= kind->parameters.size()) continue;
+      const GreyBoxUnit unit = kind->parameters[index].unit;
+      return unit == GreyBoxUnit::output || unit == GreyBoxUnit::rate_gain;
+    }
+  }
   return role == ParameterRole::numerator_coefficient || role == ParameterRole::initial_output ||
          role == ParameterRole::initial_state;
 }
@@ -51,10 +61,16 @@ bool scales_with_output(ParameterRole role) {
 Model in_output_unit(Model model, const std::string& unit, double factor) {
   for (Term& term : model.transfer_function.numerator) term.coefficient *= factor;
   if (model.structure) rescale(*model.structure, factor);
+  if (model.grey_box) {
+    for (std::size_t i = 0; i < model.grey_box->values.size(); ++i) {
+      const GreyBoxParameter& parameter = model.grey_box->kind->parameters[i];
+      if (scales_with_output(grey_box_key(parameter.name, i))) model.grey_box->values[i] *= factor;
+    }
+  }
   model.initial_output *= factor;
   for (double& state : model.initial_state) state *= factor;
   for (ParameterEstimate& p : model.parameters) {
-    if (!scales_with_output(p.role)) continue;
+    if (!scales_with_output({p.name, p.role, 0})) continue;
     for (double* value : {&p.value, &p.std, &p.lower95, &p.upper95}) *value *= factor;
   }
   if (model.estimation) {
@@ -91,7 +107,7 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
   if (model.verdict) {
     for (Criterion& criterion : model.verdict->criteria) {
       const bool is_of_output = criterion.kind == CriterionKind::coefficient_interval
-                                    ? is_numerator_coefficient(model, criterion.parameter)
+                                    ? is_coefficient_of_output(model, criterion.parameter)
                                     : traits_of(criterion.kind).unit == CriterionUnit::output;
       if (!is_of_output) continue;
       criterion.value *= factor;
@@ -106,7 +122,7 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
 
 PlantChange in_output_unit(PlantChange change, double factor) {
   for (ParameterChange& p : change.parameters) {
-    if (!scales_with_output(p.role)) continue;
+    if (!scales_with_output({p.name, p.role, 0})) continue;
     for (double* value : {&p.before, &p.after, &p.std, &p.half_width, &p.of_noise}) *value *= factor;
   }
   return change;

@@ -11,7 +11,7 @@
 namespace eha::ident {
 
 /// Whether a parameter's value is proportional to the output's unit.
-[[nodiscard]] bool scales_with_output(ParameterRole role);
+[[nodiscard]] bool scales_with_output(const ParameterKey& key);
 
 /// Converts a model to another output unit: gain, offset, free response, scores, Bode plot and the sentences of its
 /// verdict. @param factor  multiplies an output in the model's unit, positive

@@ -181,7 +181,8 @@ void judge_excitation(const Model& model, Judgement& judgement) {
   const auto order = static_cast<double>(*model.validation->excitation_order);
   const auto parameters =
       static_cast<double>(std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) {
-        return !p.fixed && (is_order(p.role) || is_coefficient(p.role) || p.role == ParameterRole::delay);
+        return !p.fixed && (is_order(p.role) || is_coefficient(p.role) || p.role == ParameterRole::delay ||
+                            p.role == ParameterRole::grey_box);
       }));
   judgement.criterion(Kind::excitation_order, order, parameters, order >= parameters);
 }
@@ -200,7 +201,7 @@ void judge_parameters(const Model& model, Judgement& judgement) {
         if (entry.order != p.name) continue;
         judgement.criterion(Kind::left_out, entry.rise, kLeastRise, entry.rise >= kLeastRise, p.name);
       }
-    } else if (is_coefficient(p.role)) {
+    } else if (is_coefficient(p.role) || p.role == ParameterRole::grey_box) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
       judgement.criterion(Kind::coefficient_interval, distance, 0.0, distance > 0.0, p.name);

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
+
+namespace eha::ident {
+
+/// Fits a grey box by output error: starts from the linear form's own fit, then Levenberg-Marquardt from each start of
+/// the kind with derivatives by differences, to the end from the
+/// three best; positive values are searched by their logarithms. initial_output is
+/// estimated, input_bias unless it is the reference of the kind (then minus the mean input of the estimating rows), and
+/// the states at t = 0 where the kind or the request asks for them. Requests hold, start or free a parameter; bounds of
+/// requests are refused.
+/// Intervals are those of standard errors.
+/// @throws DataError    as fit(); the search found no finite model
+/// @throws ConfigError  a request makes no sense; the paper's procedure is asked
+/// Cost: the fit of the linear form and, for each start, some 30 simulations a parameter.
+[[nodiscard]] FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& asked,
+                                     const FitOptions& options, const Executor& executor);
+
+/// Whether a model of a record is the linear form of a kind, so that the kind may describe the record better: it
+/// integrates once where the kind does, else it has two real poles. Whole orders, no map, no zeros.
+[[nodiscard]] bool is_linear_form_of(const GreyBoxKind& kind, const Model& model);
+
+}  // namespace eha::ident

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/estimation/grey_box_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/error.hpp"
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/export/exported_model.hpp"
+#include "ident/model/grey_box_output.hpp"
+#include "ident/model/model_file.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::ident {
+namespace {
+
+Model truth(const GreyBoxKind& kind, std::vector<double> values, double bias) {
+  Model model;
+  model.name = kind.name;
+  model.grey_box = GreyBox{&kind, std::move(values)};
+  model.transfer_function = linear_form(*model.grey_box, 0.0);
+  model.input_bias = bias;
+  model.initial_output = 1.0;
+  return model;
+}
+
+/// Levels of random height between the limits, each held for some rows.
+Record record_of(const Model& model, double step_s, double lowest, double greatest, double noise, std::uint64_t seed,
+                 Eigen::Index rows = 1200) {
+  PortableDraw draw(seed);
+  Record record;
+  record.step_s = step_s;
+  record.input.resize(rows);
+  double level = 0.0;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    if (k % 25 == 0) level = lowest + (greatest - lowest) * draw.uniform();
+    record.input[k] = level;
+  }
+  record.output = simulate(model, record.input, step_s);
+  for (double& y : record.output) y += noise * std::sqrt(12.0) * (draw.uniform() - 0.5);
+  return record;
+}
+
+FitResult fitted(const Record& record, const std::string& family, std::vector<ParameterRequest> requests = {}) {
+  StructureOptions asked{.name = family, .structure = structure_family(family).make({})};
+  asked.parameters = std::move(requests);
+  return fit(record, asked, {});
+}
+
+const ParameterEstimate& named(const Model& model, const std::string& name) {
+  return *std::find_if(model.parameters.begin(), model.parameters.end(), [&](const auto& p) { return p.name == name; });
+}
+
+void expect_found(const Model& model, const std::string& name, double value, double share) {
+  const ParameterEstimate& p = named(model, name);
+  EXPECT_NEAR(p.value, value, share * std::abs(value)) << name;
+  EXPECT_NEAR(p.value, value, 5.0 * p.std) << name;
+  EXPECT_FALSE(p.fixed) << name;
+}
+
+TEST(GreyBoxFit, FindsAMassWithFriction) {
+  const Model plant = truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1);
+  const FitResult result = fitted(record_of(plant, 0.02, -3.0, 3.0, 0.002, 1), "friction");
+  expect_found(result.model, "gain", 0.2, 0.02);
+  expect_found(result.model, "lag_s", 0.4, 0.02);
+  expect_found(result.model, "friction", 0.5, 0.02);
+  expect_found(result.model, "input_bias", 0.1, 0.05);
+  EXPECT_TRUE(result.model.stability->stable);
+  EXPECT_GT(result.model.stability->integrator_order, 0.5);
+  EXPECT_LT(std::sqrt(result.model.validation->score.mse), 0.0025);
+  const Verdict verdict = judge(result.model, {});
+  EXPECT_TRUE(verdict.accepted) << (verdict.reasons.empty() ? "" : verdict.reasons.front());
+}
+
+TEST(GreyBoxFit, RejectsFrictionThatTheRecordDoesNotShow) {
+  const Model plant = truth(friction_kind(), {0.2, 0.4, 1e-12}, 0.1);
+  const FitResult result = fitted(record_of(plant, 0.02, -3.0, 3.0, 0.01, 2), "friction");
+  EXPECT_LT(named(result.model, "friction").lower95, 0.0);
+  EXPECT_FALSE(judge(result.model, {}).accepted);
+}
+
+TEST(GreyBoxFit, FindsTanksThatEmpty) {
+  Model plant = truth(outflow_kind(), {0.05, 60.0, 45.0, 4.0}, -2.0);
+  plant.initial_state = {0.5, -0.4};
+  const Record record = record_of(plant, 4.0, 0.8, 3.2, 0.005, 3);
+  const FitResult result = fitted(record, "outflow");
+  EXPECT_LT(std::sqrt(result.model.estimation->score.mse), 0.0055);
+  EXPECT_LT(std::sqrt(result.model.validation->score.mse), 0.0065);
+  EXPECT_TRUE(named(result.model, "input_bias").fixed);
+  // About another input the same tanks have another linear form: their orifices are the same.
+  const auto orifice = [](const Model& model) {
+    const std::vector<double>& v = model.grey_box->values;
+    return 2.0 * std::sqrt(v[3]) / v[2];
+  };
+  EXPECT_NEAR(orifice(result.model), orifice(plant), 0.02 * orifice(plant));
+}
+
+TEST(GreyBoxFit, FindsTanksThatOverflow) {
+  const Model plant = truth(overflow_kind(), {0.05, 60.0, 45.0, 4.0, 2.0, 2.5, 0.6}, -2.0);
+  const FitResult result = fitted(record_of(plant, 4.0, 0.5, 4.5, 0.005, 4), "overflow");
+  EXPECT_LT(std::sqrt(result.model.validation->score.mse), 0.01);
+  EXPECT_NEAR(result.model.grey_box->values[6], 0.6, 0.05);
+}
+
+TEST(GreyBoxFit, HoldsWhatIsAskedAndRefusesWhatMakesNoSense) {
+  const Record record = record_of(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1), 0.02, -3.0, 3.0, 0.002, 5);
+  const FitResult result = fitted(record, "friction", {{"friction", true, 0.3, {}, {}}});
+  EXPECT_EQ(result.model.grey_box->values[2], 0.3);
+  EXPECT_TRUE(named(result.model, "friction").fixed);
+  EXPECT_THROW((void)fitted(record, "friction", {{"a2", true, 0.3, {}, {}}}), ConfigError);
+  EXPECT_THROW((void)fitted(record, "friction", {{"friction", {}, {}, 0.0, 1.0}}), ConfigError);
+  EXPECT_THROW((void)structures::behind_valve(structures::grey_box(friction_kind())), ConfigError);
+}
+
+TEST(GreyBoxModel, IsTheSameAfterItsFile) {
+  const Record record = record_of(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1), 0.02, -3.0, 3.0, 0.002, 6);
+  Model model = fitted(record, "friction").model;
+  model.verdict = judge(model, {});
+  const std::string text = to_text(model);
+  const Model read = model_from_text(text, "friction.json");
+  EXPECT_EQ(to_text(read), text);
+  EXPECT_EQ((simulate(read, record.input, 0.02) - simulate(model, record.input, 0.02)).cwiseAbs().maxCoeff(), 0.0);
+  ASSERT_TRUE(read.structure && read.structure->structure.grey_box);
+  EXPECT_EQ(read.structure->structure.grey_box->kind, &friction_kind());
+}
+
+TEST(GreyBoxModel, TakesItsLinearFormFromItsValues) {
+  const std::string text =
+      R"({"grey_box": {"kind": "friction", "gain": 0.2, "lag_s": 0.4, "friction": 0.5},
+          "transfer_function": {"numerator": [{"coefficient": 9, "order": 0}],
+                                "denominator": [{"coefficient": 1, "order": 1}], "delay_s": 0.1}})";
+  const Model model = model_from_text(text, "m.json");
+  EXPECT_EQ(model.transfer_function.numerator[0].coefficient, 0.2);
+  EXPECT_EQ(model.transfer_function.denominator[0].coefficient, 0.4);
+  EXPECT_EQ(model.transfer_function.delay_s, 0.1);
+  const auto refused = [&](const std::string& from, const std::string& to) {
+    std::string changed = text;
+    changed.replace(changed.find(from), from.size(), to);
+    EXPECT_THROW((void)model_from_text(changed, "m.json"), ConfigError) << to;
+  };
+  refused("\"friction\", ", "\"stiction\", ");
+  refused("0.4", "-0.4");
+  refused("\"lag_s\": 0.4, ", "");
+  refused("\"lag_s\"", "\"lag\"");
+}
+
+TEST(GreyBoxModel, IsLateByItsDelay) {
+  Model model = truth(friction_kind(), {0.2, 0.4, 0.5}, 0.0);
+  const Record record = record_of(model, 0.02, -3.0, 3.0, 0.0, 7, 300);
+  model.transfer_function.delay_s = 0.06;
+  const Eigen::VectorXd late = simulate(model, record.input, 0.02);
+  EXPECT_NEAR((late.tail(297) - record.output.head(297)).cwiseAbs().maxCoeff(), 0.0, 1e-12);
+  model.transfer_function.delay_s = 0.07;  // half a row more: between its neighbours
+  const Eigen::VectorXd between = simulate(model, record.input, 0.02);
+  const Eigen::VectorXd middle = 0.5 * (late.tail(296) + late.segment(3, 296));
+  EXPECT_NEAR((between.tail(296) - middle).cwiseAbs().maxCoeff(), 0.0, 1e-3);
+}
+
+TEST(GreyBoxModel, IsExportedNowhere) {
+  EXPECT_THROW((void)exported(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.0), {}), ConfigError);
+  EXPECT_THROW((void)simulate(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.0), Eigen::VectorXd::Ones(5), 0.1,
+                              SimulationMethod::gl1),
+               ConfigError);
+}
+
+TEST(GreyBoxModel, IsTriedWhereItsLinearFormIsTheModel) {
+  const auto model = [](std::vector<Term> denominator) {
+    Model m;
+    m.transfer_function = {{{1.0, 0.0}}, std::move(denominator), 0.0};
+    m.stability.emplace();
+    m.stability->stable = true;
+    return m;
+  };
+  const Model integrating = model({{0.3, 2.0}, {1.0, 1.0}, {0.0, 0.0}});
+  const Model lags = model({{0.2, 2.0}, {1.0, 1.0}, {1.0, 0.0}});
+  const Model resonance = model({{0.3, 2.0}, {1.0, 1.0}, {1.0, 0.0}});
+  const Model fractional = model({{1.0, 0.9}, {1.0, 0.0}});
+  EXPECT_TRUE(is_linear_form_of(friction_kind(), integrating));
+  EXPECT_FALSE(is_linear_form_of(friction_kind(), lags));
+  EXPECT_TRUE(is_linear_form_of(outflow_kind(), lags));
+  EXPECT_FALSE(is_linear_form_of(outflow_kind(), integrating));
+  EXPECT_FALSE(is_linear_form_of(outflow_kind(), resonance));
+  EXPECT_FALSE(is_linear_form_of(overflow_kind(), fractional));
+}
+
+}  // namespace
+}  // namespace eha::ident
