@@ -130,19 +130,25 @@ void read_structure(Section& model, Need need, ident::StructureOptions& asked, D
 }
 
 /// Reads the map before G.
-void read_input_map(Section& model, ident::StructureOptions& asked) {
+void read_input_map(Section& model, ident::StructureOptions& asked, Document& document) {
   std::vector<std::pair<std::string_view, const ident::InputMapKind*>> kinds;
   for (const ident::InputMapKind& kind : ident::input_map_kinds()) kinds.emplace_back(kind.name, &kind);
   const ident::InputMapKind* chosen = nullptr;
   model.choice("input_map", chosen, kinds, Need::optional);
-  if (chosen != nullptr) asked.structure = chosen->put_before(std::move(asked.structure));
+  if (chosen == nullptr) return;
+  if (asked.structure.grey_box && !chosen->suffix.empty()) {
+    add_fault(document, model.path("input_map"), fmt::format("none before {}", asked.structure.family),
+              fmt::format("\"{}\"", chosen->name));
+    return;
+  }
+  asked.structure = chosen->put_before(std::move(asked.structure));
 }
 
 /// Reads the keys that every structure has.
 void read_rest(Section& model, ident::StructureOptions& asked, Document& document) {
   model.number("delay_s", asked.structure.delay.value, Range::between(0.0, kLongestRun_s), Need::optional);
   model.choice("delay", asked.structure.delay.freedom, kDelays, Need::optional);
-  read_input_map(model, asked);
+  read_input_map(model, asked, document);
   model.choice("initial_state", asked.initial_state, kInitialStates, Need::optional);
   read_parameters(model, asked, document);
   model.finish();

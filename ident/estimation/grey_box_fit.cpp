@@ -26,7 +26,7 @@ constexpr double kFarOff = 1e6;       // times the output's spread, for a trial 
 constexpr int kRoughBoxSteps = 15;    // trials of every start
 constexpr int kMostBoxSteps = 200;    // of those followed
 constexpr std::size_t kMostBoxesFollowed = 3;
-constexpr double kTolerance = 1e-10;     // relative, of cost and step
+constexpr double kTolerance = 1e-8;      // relative, of cost and step
 constexpr double kLeastLogarithm = -50;  // of a positive value
 
 /// The linear structure of a kind, without the requests for what it does not have.

@@ -215,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"structure = \"io\"",
              "structure = \"oe\"",
              {"21:13: model[0].structure: expected \"integrator_lag\", \"cylinder\", \"io1\", \"io\", \"io3\", \"fo\", "
-              "\"commensurate\", \"lag\" or \"terms\", got \"oe\""}},
+              "\"commensurate\", \"lag\", \"friction\", \"outflow\", \"overflow\" or \"terms\", got \"oe\""}},
         Edit{"name = \"fo\"",
              "name = \"third\"",
              {"36:8: model[1].name: expected a name that no other model has, got \"third\""}},
@@ -228,6 +228,9 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"structure = \"fo\"",
              "structure = \"fo\"\npoles = 2",
              {"38:9: model[1].poles: expected no such key (structure is neither \"io\" nor \"commensurate\"), got 2"}},
+        Edit{"structure = \"fo\"",
+             "structure = \"friction\"\ninput_map = \"valve\"",
+             {"38:13: model[1].input_map: expected none before friction, got \"valve\""}},
         Edit{"delay_s = 0.02",
              "delay_s = -0.02",
              {"24:11: model[0].delay_s: expected a number from 0 to 86400, got -0.02"}},

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -107,6 +108,9 @@ TEST(ModelOptions, TakeTheNamesThatTheTablesPrint) {
   EXPECT_EQ(structures[1].name, "io_valve");
   EXPECT_EQ(structures[2].name, "io");
   EXPECT_EQ(ident::input_map_kind_of(structures[2].structure).name, "none");
+  const std::vector<std::string> names = model_names();
+  EXPECT_EQ(std::count(names.begin(), names.end(), "friction"), 1);
+  EXPECT_EQ(std::count(names.begin(), names.end(), "friction_valve"), 0) << "a grey box has no map before it";
   named.families = {"io_valve", "io_valve"};
   EXPECT_NE(fault_of(named).find("given twice"), std::string::npos) << fault_of(named);
 }
