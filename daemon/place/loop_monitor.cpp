@@ -75,7 +75,8 @@ LoopMonitor::LoopMonitor(const LoopBounds& bounds, double period_s) noexcept
       authority_V_{bounds.edge_V, bounds.edge_V},
       command_V_(bounds.null_V),
       filtered_V_(bounds.null_V),
-      twice_V_(bounds.null_V) {}
+      twice_V_(bounds.null_V),
+      slope_(period_s) {}
 
 double LoopMonitor::bounded_V(double wanted_V, const hal::RigReading& last) noexcept {
   take(last, false);
@@ -190,6 +191,10 @@ void LoopMonitor::compare_speed() noexcept {
   fast_s_ = speed > most ? fast_s_ + period_s_ : 0.0;
   if (slow_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, least);
   if (fast_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, most);
+  if (!bounds_.compares_slope) return;
+  const double open_V = direction * (filtered_V_ - bounds_.null_V) - bounds_.valve->dead_band_V;
+  slope_.note(direction, open_V, gain * outside_V, speed);
+  if (slope_.is_low()) trip(Fault::wrong_speed, slope_.mean_in_per_s(), slope_.least_mean_in_per_s());
 }
 
 void LoopMonitor::trip(Fault fault, double value, double limit) noexcept {

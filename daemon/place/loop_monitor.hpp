@@ -9,6 +9,7 @@
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/speed_slope.hpp"
 #include "hal/rig.hpp"
 
 namespace eha::place {
@@ -25,6 +26,7 @@ struct LoopBounds {
   double least_gain_in_per_V_s = 0.0;                                     ///< by at least so much for each volt more
   double pressure_delay_s = 0.0;                    ///< in it the command stays at the null, and no motion is due
   std::optional<config::ValveEstimate> valve = {};  ///< the speed is compared with it; none without [following]
+  bool compares_slope = false;                      ///< the growth of the speed with the volts, too (SpeedSlope)
 };
 
 /// The bounds of a loop that means to move the rod of a rig at most so fast.
@@ -41,7 +43,8 @@ struct LoopBounds {
 ///                S = max(0, S + g (d (u - null) - still) dt - d dy) exceeds 0.003 in or six standard deviations of the
 ///                filtered noise; or the command is at its bound for 0.3 s and the reading moves by less
 ///   wrong_speed  the speed is not within 0.7 to 1.6 times that of [following] for 0.5 s, for a null and a dead band
-///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags
+///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or what
+///                SpeedSlope finds, where the bounds ask for it
 /// y and u pass the same low-pass filter (0.05 s; twice for wrong_speed). Real-time safe; cost: one pass over 50 ms of
 /// readings. Not thread-safe.
 class LoopMonitor {
@@ -94,6 +97,7 @@ class LoopMonitor {
   double saturated_from_in_ = 0.0;
   double slow_s_ = 0.0;
   double fast_s_ = 0.0;
+  SpeedSlope slope_;
 };
 
 }  // namespace eha::place

@@ -18,6 +18,7 @@ place::LoopBounds bounds_of(const config::RigLimits& limits, const ident::AxisSe
   place::LoopBounds bounds = place::loop_bounds(limits, settings.reference.velocity);
   bounds.most_V = config::closed_loop_most_V(limits);
   bounds.growth_V_per_s = std::numeric_limits<double>::infinity();
+  bounds.compares_slope = true;
   if (!limits.following) bounds.null_V = settings.inverse.null;
   return bounds;
 }

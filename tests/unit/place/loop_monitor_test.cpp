@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <numbers>
 #include <random>
 #include <utility>
 
@@ -27,19 +29,26 @@ config::RigLimits limits() {
   return limits;
 }
 
-/// Asks for a voltage for a time; the rod moves as the command says. @returns the time of the fault [s], or 0
-double fault_at(LoopMonitor& monitor, double wanted_V, double time_s, const std::function<double(double)>& speed_of,
-                double noise_in = 0.0) {
+/// Asks for volts of the time; the rod moves as the command says. @returns the time of the fault [s], or 0
+double fault_at(LoopMonitor& monitor, const std::function<double(double)>& wanted_V_at, double time_s,
+                const std::function<double(double)>& speed_of, double noise_in = 0.0) {
   std::mt19937_64 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
   double place_in = 3.0;
   for (int k = 0; k < static_cast<int>(time_s / kTick_s); ++k) {
     const hal::RigReading reading{.displacement_in = place_in + noise_in * noise(random)};
-    const double command_V = monitor.bounded_V(wanted_V, reading);
+    const double command_V = monitor.bounded_V(wanted_V_at(k * kTick_s), reading);
     if (monitor.breach().fault != Fault::none) return k * kTick_s;
     place_in += kTick_s * speed_of(command_V);
   }
   return 0.0;
+}
+
+/// The same with a constant voltage.
+double fault_at(LoopMonitor& monitor, double wanted_V, double time_s, const std::function<double(double)>& speed_of,
+                double noise_in = 0.0) {
+  return fault_at(
+      monitor, [&](double) { return wanted_V; }, time_s, speed_of, noise_in);
 }
 
 /// The valve of limits().
@@ -138,6 +147,41 @@ TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
                   monitor, 0.6, 5.0, [&](double u) { return factor * sound(u); }, 0.0005),
               0.0)
         << factor;
+  }
+}
+
+/// Volts of a sweep: beyond the dead band by 0.2 V, less and more in turn.
+double swept_V(double time_s) { return 0.1 + 0.25 + 0.2 + 0.08 * std::sin(2.0 * std::numbers::pi * 1.2 * time_s); }
+
+LoopMonitor monitor_of_a_trial() {
+  LoopBounds bounds = loop_bounds(limits(), 0.75);
+  bounds.growth_V_per_s = std::numeric_limits<double>::infinity();
+  bounds.compares_slope = true;
+  return {bounds, kTick_s};
+}
+
+/// A null that is wrong by 0.02 V makes up for a part of the speed that is missing, but not of its slope.
+TEST(LoopMonitor, TripsOnASlopeThatHalvedInASweep) {
+  for (const double noise_in : {0.0, 0.0015}) {
+    LoopMonitor monitor = monitor_of_a_trial();
+    const double at_s = fault_at(
+        monitor, swept_V, 5.0, [](double u) { return 0.5 * sound(u + 0.02); }, noise_in);
+    EXPECT_EQ(monitor.breach().fault, Fault::wrong_speed) << noise_in;
+    EXPECT_GT(at_s, 0.3) << noise_in;
+    EXPECT_LT(at_s, 1.5) << noise_in;
+  }
+}
+
+TEST(LoopMonitor, LetsASoundRodSweepWithAWrongNullAndAFlatteningValve) {
+  const auto flattening = [](double u) { return 0.3 * std::tanh(sound(u) / 0.3); };
+  for (const double noise_in : {0.0, 0.0015, 0.006}) {
+    LoopMonitor off = monitor_of_a_trial();
+    EXPECT_EQ(fault_at(
+                  off, swept_V, 20.0, [](double u) { return 0.9 * sound(u - 0.03); }, noise_in),
+              0.0)
+        << noise_in;
+    LoopMonitor flat = monitor_of_a_trial();
+    EXPECT_EQ(fault_at(flat, swept_V, 20.0, flattening, noise_in), 0.0) << noise_in;
   }
 }
 
