@@ -107,10 +107,7 @@ void LoopMonitor::take(const hal::RigReading& last, bool may_be_still) noexcept 
     last_in_ = place_in;
   }
   elapsed_s_ += period_s_;
-  const double change_in = place_in - last_in_;
-  last_in_ = place_in;
-  const double noise_weight = std::max(period_s_ / kNoise_s, 1.0 / static_cast<double>(readings_ + 1));
-  variance_in2_ += noise_weight * (0.5 * change_in * change_in - variance_in2_);
+  estimate_noise(place_in);
   check_speed(place_in);
   const double moved_in = weight_ * (place_in - filtered_in_);
   filtered_in_ += moved_in;
@@ -126,6 +123,17 @@ void LoopMonitor::take(const hal::RigReading& last, bool may_be_still) noexcept 
   if (std::isinf(bounds_.speed_limit_in_per_s)) return;
   check_saturation();
   compare_speed();
+}
+
+void LoopMonitor::estimate_noise(double place_in) noexcept {
+  // The second difference has six times the noise's variance and nothing of a steady motion, which at a long tick
+  // would pass for noise.
+  const double change_in = place_in - last_in_;
+  const double bend_in = change_in - last_change_in_;
+  last_in_ = place_in;
+  last_change_in_ = change_in;
+  const double weight = std::max(period_s_ / kNoise_s, 1.0 / static_cast<double>(readings_ + 1));
+  variance_in2_ += weight * (bend_in * bend_in / 6.0 - variance_in2_);
 }
 
 void LoopMonitor::check_speed(double place_in) noexcept {

@@ -67,6 +67,7 @@ class LoopMonitor {
   static constexpr std::size_t kLongestWindow = 512;
 
   void take(const hal::RigReading& last, bool may_be_still) noexcept;
+  void estimate_noise(double place_in) noexcept;
   void check_speed(double place_in) noexcept;
   void check_motion(double moved_in) noexcept;
   void check_saturation() noexcept;
@@ -89,6 +90,7 @@ class LoopMonitor {
   double twice_V_;
   double speed_in_per_s_ = 0.0;  ///< of filtered_in_, filtered once more
   double last_in_ = 0.0;
+  double last_change_in_ = 0.0;
   double variance_in2_ = 0.0;  ///< of the readings' noise
   double elapsed_s_ = 0.0;
   std::array<double, 2> missing_in_{};

@@ -121,7 +121,8 @@ struct Driven {
 };
 
 /// Drives a simulated rod by a source of volts through the real tick engine, and half a second more, in which it rests.
-/// @param stop_tick  at which a user's stop is asked for; none: never
+/// The tick is the rig's, in whole milliseconds; the true place is looked at every millisecond.
+/// @param fault, stop_tick  count ticks; stop_tick: at which a user's stop is asked for; none: never
 inline Driven driven(const hal::SimOptions& plant, const config::RigConfig& rig, acquisition::CommandSource& source,
                      const std::optional<hal::InjectedFault>& fault, std::optional<std::int64_t> stop_tick = {}) {
   const std::unique_ptr<hal::Rig> sim = hal::open_rig(plant, rig.limits.safe_V);
@@ -134,23 +135,27 @@ inline Driven driven(const hal::SimOptions& plant, const config::RigConfig& rig,
   machine.reset();
   machine.arm();
   acquisition::VirtualClock clock;
-  acquisition::TickEngine engine(sensed, machine, source, rig.limits, {}, acquisition::LatePolicy::abort, clock);
+  const std::int64_t tick_ms = std::llround(rig.realtime.sample_period_s / kTick_s);
+  config::RealtimeOptions realtime;
+  realtime.sample_period_s = rig.realtime.sample_period_s;
+  acquisition::TickEngine engine(sensed, machine, source, rig.limits, realtime, acquisition::LatePolicy::abort, clock);
   Driven result;
   std::vector<double> sums{0.0};
   double failed_in = 0.0;
-  const std::int64_t event_tick = fault ? fault->first_tick : stop_tick.value_or(hal::InjectedFault::kAlways);
+  const std::int64_t event_ms =
+      tick_ms * (fault ? fault->first_tick : stop_tick.value_or(hal::InjectedFault::kAlways / tick_ms));
   // Half a second more: the rod comes to rest.
   std::int64_t rest = 500;
   for (std::int64_t k = 0; rest > 0; ++k) {
-    if (engine.finished()) {
-      --rest;
+    if (engine.finished()) --rest;
+    if (engine.finished() || k % tick_ms != 0) {
       hal::RigReading ignored;
       (void)rod.read(k * kTick_ns, ignored);
     } else {
       acquisition::TickInputs inputs;
-      inputs.sequence = static_cast<std::uint32_t>(k);
+      inputs.sequence = static_cast<std::uint32_t>(k / tick_ms);
       inputs.scheduled_ns = k * kTick_ns;
-      inputs.stops = stop_tick && k >= *stop_tick ? 1 : 0;
+      inputs.stops = stop_tick && k >= event_ms ? 1 : 0;
       (void)engine.tick(inputs);
     }
     sums.push_back(sums.back() + rod.place_in);
@@ -161,8 +166,8 @@ inline Driven driven(const hal::SimOptions& plant, const config::RigConfig& rig,
       };
       result.fastest_in_per_s = std::max(result.fastest_in_per_s, std::abs(mean_in(k - 9) - mean_in(k - 59)) / 0.05);
     }
-    if (k <= event_tick) failed_in = rod.place_in;
-    if (k > event_tick) result.lost_in = std::max(result.lost_in, std::abs(rod.place_in - failed_in));
+    if (k <= event_ms) failed_in = rod.place_in;
+    if (k > event_ms) result.lost_in = std::max(result.lost_in, std::abs(rod.place_in - failed_in));
     result.met_end_stop = result.met_end_stop || rod.place_in < kEnd_in || rod.place_in > kStroke_in - kEnd_in;
   }
   result.fault = engine.fault().fault;

@@ -131,6 +131,22 @@ TEST(LoopMonitor, FindsADeadSensorOfAFastRodSoon) {
   EXPECT_LT(at_s, 0.35);
 }
 
+/// Motion of 0.015 in a tick is no noise: taken for it, it let the rod pass for 0.7 s.
+TEST(LoopMonitor, FindsASensorThatFreezesInMotionAtTheLongestTickSoon) {
+  constexpr double kLongTick_s = 0.05;
+  constexpr double kFreezes_s = 3.0;
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kLongTick_s);
+  double place_in = 2.0;
+  double at_s = 0.0;
+  for (; at_s < 10.0 && monitor.breach().fault == Fault::none; at_s += kLongTick_s) {
+    const double command_V = monitor.bounded_V(0.6, {.displacement_in = place_in});
+    if (at_s < kFreezes_s) place_in += kLongTick_s * sound(command_V);
+  }
+  EXPECT_EQ(monitor.breach().fault, Fault::no_motion);
+  EXPECT_GT(at_s, kFreezes_s);
+  EXPECT_LT(at_s - kFreezes_s, 0.6);
+}
+
 TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
   for (const auto& [factor, wanted_V] : {std::pair(0.5, 0.9), std::pair(2.2, 0.6)}) {
     LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);

@@ -131,7 +131,8 @@ using Placed = Driven;
 Placed placed(const hal::SimOptions& plant, const config::RigConfig& rig, double target_in,
               const std::optional<hal::InjectedFault>& fault) {
   const double time_s = placing_time_s(rig.limits, target_in - plant.initial_displacement_in);
-  PlaceSource source(PlaceController(rig.limits, kTick_s, target_in), static_cast<std::uint32_t>(time_s / kTick_s));
+  const double tick_s = rig.realtime.sample_period_s;
+  PlaceSource source(PlaceController(rig.limits, tick_s, target_in), static_cast<std::uint32_t>(time_s / tick_s));
   return driven(plant, rig, source, fault);
 }
 
@@ -139,7 +140,8 @@ Placed placed(const hal::SimOptions& plant, const config::RigConfig& rig, double
 Placed waited(const hal::SimOptions& plant, const config::RigConfig& rig,
               const std::optional<hal::InjectedFault>& fault) {
   const std::vector<double> table_V(1000, -plant.valve_null_offset_V);
-  PressureSource source(*rig.limits.following, kTick_s, std::make_unique<acquisition::TableSource>(table_V, 1));
+  PressureSource source(*rig.limits.following, rig.realtime.sample_period_s,
+                        std::make_unique<acquisition::TableSource>(table_V, 1));
   return driven(plant, rig, source, fault);
 }
 
@@ -150,21 +152,32 @@ Placed played(const hal::SimOptions& plant, const config::RigConfig& rig, double
   return waits ? waited(plant, rig, fault) : placed(plant, rig, target_in, fault);
 }
 
-double random_target(const hal::SimOptions& plant, Random& random) {
+constexpr double kFromEnd_in = 0.6;
+/// The stopping distance from the velocity limit of 8 in/s is 0.56 in at a tick of 50 ms.
+constexpr double kFromEndAtALongTick_in = 0.9;
+
+/// @param to_end_in  least distance from an end stop
+double random_target(const hal::SimOptions& plant, Random& random, double to_end_in = kFromEnd_in) {
   double target_in = plant.initial_displacement_in;
-  while (std::abs(target_in - plant.initial_displacement_in) < 0.5) target_in = uniform(random, 0.6, 5.3);
+  while (std::abs(target_in - plant.initial_displacement_in) < 0.5) {
+    target_in = uniform(random, to_end_in, 5.9 - to_end_in);
+  }
   return target_in;
 }
 
-TEST(SlipCampaign, NeverRefusesOrStopsASoundRig) {
+/// Changes a rig's file beside [following].
+using ChangeOfRig = std::function<void(config::RigConfig&, Random&)>;
+
+void never_refuses_or_stops(unsigned first_seed, const ChangeOfRig& change) {
   const int runs = runs_wanted(1000);
   int measured_anew = 0;
   std::map<std::string, int> trips;
   for (int run = 0; run < runs; ++run) {
-    Random random(1000 + static_cast<unsigned>(run));
+    Random random(first_seed + static_cast<unsigned>(run));
     const Source source = kSources[static_cast<std::size_t>(run) % kSources.size()];
     auto [plant, following] = drawn(source, random);
     config::RigConfig rig = rig_with(following);
+    change(rig, random);
     // On a fast rod another safe voltage is no sound one.
     if (source == Source::sheet) rig.limits.safe_V = following.null_V;
     if (source != Source::sheet && is_refused(rig)) {
@@ -186,6 +199,10 @@ TEST(SlipCampaign, NeverRefusesOrStopsASoundRig) {
   fmt::print("{} sound rigs, {} of them armed with a sheet only\n", runs, measured_anew);
 }
 
+TEST(SlipCampaign, NeverRefusesOrStopsASoundRig) {
+  never_refuses_or_stops(1000, [](config::RigConfig&, Random&) {});
+}
+
 struct Worst {
   int runs = 0;
   int refused = 0;
@@ -194,11 +211,35 @@ struct Worst {
   int ends = 0;
   double fastest_in_per_s = 0.0;
   double lost_in = 0.0;
+
+  void add(const Placed& result) {
+    fastest_in_per_s = std::max(fastest_in_per_s, result.fastest_in_per_s);
+    lost_in = std::max(lost_in, result.lost_in);
+    if (result.fastest_in_per_s > 1.0) ++faster;
+    if (result.lost_in > 0.3) ++farther;
+    if (result.met_end_stop) ++ends;
+  }
+
+  void print(const std::string& kind) const {
+    fmt::print(
+        "{:55} {:4} runs, {:4} refused, {:3} over 1 in/s, {:3} over 0.3 in, {} at an end; at most {:.2f} in/s, {:.2f} "
+        "in lost\n",
+        kind, runs, refused, faster, farther, ends, fastest_in_per_s, lost_in);
+  }
 };
 
+void expect_slow(const Placed& result, const std::string& what) {
+  EXPECT_LE(result.fastest_in_per_s, 1.0) << what;
+  EXPECT_LE(result.lost_in, 0.3) << what;
+  EXPECT_FALSE(result.met_end_stop) << what;
+}
+
 /// Drives rods whose file has a slip, with a sensor that is sound, dead from the start, or freezes.
-/// @param first_seed  of the first run   @param slip  changes the file of a drawn rig
-void keeps_slow(unsigned first_seed, const std::function<Slip(Drawn&, Random&)>& slip_of) {
+/// @param first_seed  of the first run   @param slip_of  changes the file of a drawn rig
+/// @param change  of the rig's file beside [following]
+void keeps_slow(
+    unsigned first_seed, const std::function<Slip(Drawn&, Random&)>& slip_of,
+    const ChangeOfRig& change = [](config::RigConfig&, Random&) {}) {
   const int runs = runs_wanted(1000);
   std::map<std::string, Worst> worst;
   for (int run = 0; run < runs; ++run) {
@@ -207,12 +248,14 @@ void keeps_slow(unsigned first_seed, const std::function<Slip(Drawn&, Random&)>&
     Drawn of_run = drawn(kSources[source], random);
     const Slip slip = slip_of(of_run, random);
     const hal::SimOptions& plant = of_run.plant;
-    const config::RigConfig rig = rig_with(of_run.following);
-    const double target_in = random_target(plant, random);
+    config::RigConfig rig = rig_with(of_run.following);
+    change(rig, random);
+    const auto tick_ms = static_cast<int>(std::lround(rig.realtime.sample_period_s / kTick_s));
+    const double target_in = random_target(plant, random, tick_ms > 1 ? kFromEndAtALongTick_in : kFromEnd_in);
     std::optional<hal::InjectedFault> fault;
     if (below(random, 2) == 0) {
       fault = {.kind = hal::FaultKind::stuck_sensor,
-               .first_tick = below(random, 2) == 0 ? 0 : 200 + below(random, 3000),
+               .first_tick = below(random, 2) == 0 ? 0 : (200 + below(random, 3000)) / tick_ms,
                .ticks = hal::InjectedFault::kAlways,
                .amount = 0.0,
                .noise_LSB = uniform(random, 0.0, 30.0)};
@@ -229,27 +272,18 @@ void keeps_slow(unsigned first_seed, const std::function<Slip(Drawn&, Random&)>&
     }
     const Placed result = played(plant, rig, target_in, fault, random);
     const std::string what = fmt::format(
-        "run {}: {} {:.10g} for {:.10g}, {}, {} at {:.2f} s, null {:.2f} V, dead band {:.2f} V, delay {:.2f} s, flow "
+        "run {}, tick {} ms: {} {:.10g} for {:.10g}, {}, {} at {:.2f} s, null {:.2f} V, dead band {:.2f} V, delay "
+        "{:.2f} s, flow "
         "{:.1f}: {:.2f} in/s, {:.2f} in lost",
-        run, kind, slip.after, slip.before, fault ? fault->noise_LSB : -1.0, to_text(result.fault), result.at_s,
-        -plant.valve_null_offset_V, plant.valve_dead_band_V, rig.limits.following->pressure_delay_s,
+        run, tick_ms, kind, slip.after, slip.before, fault ? fault->noise_LSB : -1.0, to_text(result.fault),
+        result.at_s, -plant.valve_null_offset_V, plant.valve_dead_band_V, rig.limits.following->pressure_delay_s,
         plant.valve_rated_flow_L_per_min, result.fastest_in_per_s, result.lost_in);
-    of_kind.fastest_in_per_s = std::max(of_kind.fastest_in_per_s, result.fastest_in_per_s);
-    of_kind.lost_in = std::max(of_kind.lost_in, result.lost_in);
-    if (result.fastest_in_per_s > 1.0) ++of_kind.faster;
-    if (result.lost_in > 0.3) ++of_kind.farther;
-    if (result.met_end_stop) ++of_kind.ends;
-    EXPECT_LE(result.fastest_in_per_s, 1.0) << what;
-    EXPECT_LE(result.lost_in, 0.3) << what;
-    EXPECT_FALSE(result.met_end_stop) << what;
+    of_kind.add(result);
+    expect_slow(result, what);
   }
   Worst all;
   for (const auto& [kind, of_kind] : worst) {
-    fmt::print(
-        "{:55} {:4} runs, {:4} refused, {:3} over 1 in/s, {:3} over 0.3 in, {} at an end; at most {:.2f} in/s, {:.2f} "
-        "in lost\n",
-        kind, of_kind.runs, of_kind.refused, of_kind.faster, of_kind.farther, of_kind.ends, of_kind.fastest_in_per_s,
-        of_kind.lost_in);
+    of_kind.print(kind);
     all.refused += of_kind.refused;
     all.fastest_in_per_s = std::max(all.fastest_in_per_s, of_kind.fastest_in_per_s);
     all.lost_in = std::max(all.lost_in, of_kind.lost_in);
@@ -277,16 +311,62 @@ TEST(SlipCampaign, KeepsAWrongSignOfTheNullSlow) {
 }
 
 /// Both gains, one as the other: no ratio of them shows it.
-TEST(SlipCampaign, KeepsGainsInAnotherUnitSlow) {
-  keeps_slow(200'000, [](Drawn& rig, Random& random) {
-    const double factor = below(random, 2) == 0 ? 25.4 : 10.0;
-    config::Following& following = rig.following;
-    const double before = following.gain_positive_in_per_V_s;
-    following.gain_positive_in_per_V_s /= factor;
-    following.gain_negative_in_per_V_s /= factor;
-    return Slip{
-        .key = fmt::format("gains / {}", factor), .before = before, .after = following.gain_positive_in_per_V_s};
-  });
+Slip gains_in_another_unit(Drawn& rig, Random& random) {
+  const double factor = below(random, 2) == 0 ? 25.4 : 10.0;
+  config::Following& following = rig.following;
+  const double before = following.gain_positive_in_per_V_s;
+  following.gain_positive_in_per_V_s /= factor;
+  following.gain_negative_in_per_V_s /= factor;
+  return {.key = fmt::format("gains / {}", factor), .before = before, .after = following.gain_positive_in_per_V_s};
+}
+
+TEST(SlipCampaign, KeepsGainsInAnotherUnitSlow) { keeps_slow(200'000, gains_in_another_unit); }
+
+/// Of 10 to 50 ms, the longest that is armed.
+void draw_long_tick(config::RigConfig& rig, Random& random) {
+  rig.realtime.sample_period_s = 10 * kTick_s * (1 + below(random, 5));
+}
+
+TEST(SlipCampaign, KeepsASlipOfThePenSlowAtALongTick) {
+  keeps_slow(
+      340'000, [](Drawn& rig, Random& random) { return random_slip(rig.following, random); }, draw_long_tick);
+}
+
+/// Sound files: no check acts sooner than a tick after its reading.
+TEST(SlipCampaign, KeepsASensorThatFreezesAtALongTickSlow) {
+  const int runs = runs_wanted(1000);
+  std::map<int, Worst> worst;
+  for (int run = 0; run < runs; ++run) {
+    Random random(300'000 + static_cast<unsigned>(run));
+    Drawn of_run = drawn(kSources[static_cast<std::size_t>(run) % kSources.size()], random);
+    config::RigConfig rig = rig_with(of_run.following);
+    draw_long_tick(rig, random);
+    const auto tick_ms = static_cast<int>(std::lround(rig.realtime.sample_period_s / kTick_s));
+    const double target_in = random_target(of_run.plant, random, kFromEndAtALongTick_in);
+    const bool is_frozen = run % 4 != 0;
+    const hal::InjectedFault fault{.kind = hal::FaultKind::stuck_sensor,
+                                   .first_tick = below(random, 2) == 0 ? 0 : (200 + below(random, 3000)) / tick_ms,
+                                   .ticks = hal::InjectedFault::kAlways,
+                                   .noise_LSB = uniform(random, 0.0, 30.0)};
+    Worst& of_tick = worst[tick_ms];
+    ++of_tick.runs;
+    if (is_refused(rig)) {
+      ++of_tick.refused;
+      continue;
+    }
+    const Placed result = played(of_run.plant, rig, target_in, is_frozen ? std::optional(fault) : std::nullopt, random);
+    const std::string what = fmt::format(
+        "run {}: tick {} ms, {} at {:.2f} s, dead band {:.2f} V, flow {:.1f}: {:.2f} in/s, {:.2f} in "
+        "lost",
+        run, tick_ms, to_text(result.fault), result.at_s, of_run.plant.valve_dead_band_V,
+        of_run.plant.valve_rated_flow_L_per_min, result.fastest_in_per_s, result.lost_in);
+    of_tick.add(result);
+    if (!is_frozen) {
+      EXPECT_EQ(result.fault, Fault::none) << what;
+    }
+    expect_slow(result, what);
+  }
+  for (const auto& [tick_ms, of_tick] : worst) of_tick.print(fmt::format("tick of {} ms", tick_ms));
 }
 
 /// Half of the sensor's slope from a moment of a long way on: a cable of two in parallel, a supply that breaks down.
