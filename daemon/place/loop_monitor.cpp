@@ -16,6 +16,8 @@ constexpr double kMostFirst_V = 0.1;
 constexpr double kAcceleration_in_per_s2 = 1.3;
 constexpr double kLeastGrowthShare = 0.1;  ///< of half the command range, each second
 constexpr double kMostGrowthShare = 0.6;
+/// What a velocity limit of 8 in/s at 5 V allows. A low limit, or a wide range, does not show that the rod is slow.
+constexpr double kMostGrowth_V_per_s = 0.8;
 constexpr double kGrowthSlack_V = 0.1;  ///< that the growth does not lose when the command goes back: noise
 constexpr double kSpeedFactor = 2.5;
 constexpr double kSpeedWindow_s = 0.05;
@@ -45,8 +47,9 @@ LoopBounds loop_bounds(const config::RigLimits& limits, double speed_in_per_s) n
   LoopBounds bounds{.null_V = limits.safe_V,
                     .edge_V = 0.0,
                     .most_V = config::closed_loop_most_V(limits),
-                    .growth_V_per_s = std::clamp(kAcceleration_in_per_s2 / full_gain, kLeastGrowthShare * half_range_V,
-                                                 kMostGrowthShare * half_range_V),
+                    .growth_V_per_s = std::min(kMostGrowth_V_per_s, std::clamp(kAcceleration_in_per_s2 / full_gain,
+                                                                               kLeastGrowthShare * half_range_V,
+                                                                               kMostGrowthShare * half_range_V)),
                     .speed_limit_in_per_s = kSpeedFactor * speed_in_per_s,
                     .still_V = kStillShare * half_range_V,
                     .least_gain_in_per_V_s = kLeastGainShare * full_gain};

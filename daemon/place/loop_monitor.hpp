@@ -31,7 +31,8 @@ struct LoopBounds {
 
 /// The bounds of a loop that means to move the rod of a rig at most so fast.
 ///   most    limits.closed_loop_max_V, or 0.3 of half the command range; less if the speed needs less
-///   growth  what accelerates a rod whose velocity limit is reached at half the command range by 1.3 in/s^2
+///   growth  what accelerates a rod whose velocity limit is reached at half the command range by 1.3 in/s^2, at most
+///           0.8 V/s: the rod may be faster than the limit and the gains of the file say
 ///   speed   2.5 times the loop's
 /// @param speed_in_per_s  none for a loop about a table of volts, which has speeds of its own
 [[nodiscard]] LoopBounds loop_bounds(const config::RigLimits& limits,

@@ -69,6 +69,17 @@ TEST(LoopBounds, AreAThirdOfTheRangeUnlessTheFileNamesMore) {
   EXPECT_DOUBLE_EQ(loop_bounds(wide, 0.3).most_V, 2.5);
 }
 
+/// A fast rod may have a low velocity limit, and gains in the file that are ten times too small.
+TEST(LoopBounds, GrowNoFasterForALowVelocityLimitOrAWideRange) {
+  config::RigLimits slow = limits();
+  EXPECT_NEAR(loop_bounds(slow, 0.3).growth_V_per_s, 0.8, 1e-12);
+  slow.velocity_limit_in_per_s = 1.0;
+  EXPECT_NEAR(loop_bounds(slow, 0.1).growth_V_per_s, 0.8, 1e-12);
+  slow.command_min_V = -10.0;
+  slow.command_max_V = 10.0;
+  EXPECT_NEAR(loop_bounds(slow, 0.1).growth_V_per_s, 0.8, 1e-12);
+}
+
 TEST(LoopMonitor, KeepsTheCommandAboutTheNullAndLetsItGrowSlowly) {
   constexpr double kAtOnce_V = 0.25 + 0.1 / 1.2;  // the dead band, and what gives 0.1 in/s
   LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);

@@ -168,6 +168,12 @@ double random_target(const hal::SimOptions& plant, Random& random, double to_end
 /// Changes a rig's file beside [following].
 using ChangeOfRig = std::function<void(config::RigConfig&, Random&)>;
 
+/// Of which only the sample's is 8 in/s. A low limit says that the rod is slow, which a fast one need not be.
+void draw_velocity_limit(config::RigConfig& rig, Random& random) {
+  constexpr std::array<double, 3> kLimits_in_per_s{1.0, 2.0, 4.0};
+  rig.limits.velocity_limit_in_per_s = kLimits_in_per_s.at(static_cast<std::size_t>(below(random, 3)));
+}
+
 void never_refuses_or_stops(unsigned first_seed, const ChangeOfRig& change) {
   const int runs = runs_wanted(1000);
   int measured_anew = 0;
@@ -201,6 +207,10 @@ void never_refuses_or_stops(unsigned first_seed, const ChangeOfRig& change) {
 
 TEST(SlipCampaign, NeverRefusesOrStopsASoundRig) {
   never_refuses_or_stops(1000, [](config::RigConfig&, Random&) {});
+}
+
+TEST(SlipCampaign, NeverRefusesOrStopsASoundRigOfALowVelocityLimit) {
+  never_refuses_or_stops(360'000, draw_velocity_limit);
 }
 
 struct Worst {
@@ -321,6 +331,16 @@ Slip gains_in_another_unit(Drawn& rig, Random& random) {
 }
 
 TEST(SlipCampaign, KeepsGainsInAnotherUnitSlow) { keeps_slow(200'000, gains_in_another_unit); }
+
+/// The growth of the volts suits the velocity limit.
+TEST(SlipCampaign, KeepsASlipOfThePenSlowAtALowVelocityLimit) {
+  keeps_slow(
+      400'000,
+      [](Drawn& rig, Random& random) {
+        return below(random, 2) == 0 ? gains_in_another_unit(rig, random) : random_slip(rig.following, random);
+      },
+      draw_velocity_limit);
+}
 
 /// Of 10 to 50 ms, the longest that is armed.
 void draw_long_tick(config::RigConfig& rig, Random& random) {
