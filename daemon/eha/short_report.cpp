@@ -203,7 +203,7 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models, con
                             : fmt::format("; the next best, {}, errs {:.2g} times as much", next->name, factor);
   }
   constexpr std::string_view kUnclear = "this record hardly tells ";
-  if (const std::size_t at = reason.find(kUnclear); at != std::string::npos) {
+  if (const std::size_t at = reason.find(kUnclear); alike > 1 && at != std::string::npos) {
     text += "; " + reason.substr(at, reason.find(';', at) - at);
   }
   return text;

@@ -256,7 +256,8 @@ TEST(ForeignFiles, WithAGapAreCutBehindItByTheNextStep) {
   folder.write("gap.csv", text);
   const Ended ended = run_eha({"fit", "gap.csv", "--resample", "--model", "io"}, folder.path());
   EXPECT_EQ(ended.code, 3) << ended.out << ended.err;
-  const std::string next = fmt::format("Next: eha fit gap.csv --resample --from {:.6g} -o models", record.time_s[560]);
+  const std::string next =
+      fmt::format("Next: eha fit gap.csv --resample --model io --from {:.6g} -o models", record.time_s[560]);
   EXPECT_NE((ended.out + ended.err).find(next), std::string::npos) << ended.out << ended.err;
 }
 

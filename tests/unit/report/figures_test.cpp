@@ -165,7 +165,7 @@ TEST(ComparisonPage, SaysWhatHidesAChange) {
   EXPECT_NE(html.find(">not shown</td>"), std::string::npos);
   EXPECT_NE(
       html.find("A change of K below 0.009 in/(V s) does not show here: dead_band changed, and the fit lets K follow "
-                "it (by noise alone 0.001 in/(V s))."),
+                "it (by noise alone 0.001 in/(V s)); each fit by itself says "),
       std::string::npos)
       << html.substr(html.find("Seen here"), 600);
   EXPECT_NE(html.find("↑ 188"), std::string::npos) << "the bar of the dead band lies beyond the panel";
