@@ -157,7 +157,7 @@ FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, co
   check_input(prepared.record, asked, options);
   if (asked.structure.grey_box) {
     if (progress) progress(0.0, asked.name);
-    return fit_grey_box(prepared, asked, options, executor);
+    return fit_grey_box(prepared, asked, options, executor, known);
   }
   if (options.search == Search::local || !known.empty()) {
     return fit_from(prepared, asked, options, executor, known, {});

@@ -123,9 +123,19 @@ class GreyBoxSearch {
       if (bias != nullptr && bias->start) model.input_bias = *bias->start;
       const ParameterRequest* offset = find_request(asked_, asked_.structure.initial_output);
       if (offset != nullptr && offset->start) model.initial_output = *offset->start;
-      all.push_back(model);
+      all.push_back(begun_at(model));
     }
     return all;
+  }
+
+  /// A model of the kind with the states and the dead time that the search moves.
+  [[nodiscard]] Model begun_at(Model model) const {
+    model.initial_state.resize(estimates_start_ ? kind_.states : model.initial_state.size(), 0.0);
+    // No logarithm leads away from 0.
+    if (is_estimated(asked_, asked_.structure.delay) && !(model.transfer_function.delay_s > 0.0)) {
+      model.transfer_function.delay_s = record_.step_s;
+    }
+    return model;
   }
 
   /// Model less measured at the estimating rows; far off where it is not finite.
@@ -305,35 +315,25 @@ void fill_errors(FitResult& result, const GreyBoxSearch& search, const Structure
 
 }  // namespace
 
-bool is_linear_form_of(const GreyBoxKind& kind, const Model& model) {
-  const TransferFunction& g = model.transfer_function;
-  if (model.grey_box || model.input_map || g.numerator.size() != 1 || !model.stability || !model.stability->stable) {
-    return false;
-  }
-  std::array<double, 3> a = {};
-  for (const Term& term : g.denominator) {
-    const double order = std::round(term.order);
-    if (std::abs(term.order - order) > 0.0 || order < 0.0 || order > 2.0) return false;
-    a[static_cast<std::size_t>(order)] += term.coefficient;
-  }
-  if (std::abs(g.numerator.front().order) > 0.0) return false;
-  const bool integrates = std::abs(a[0]) <= 0.0;
-  if (!(a[2] > 0.0)) return false;
-  if (kind.integrates || integrates) return kind.integrates && integrates;
-  return a[1] * a[1] >= 4.0 * a[0] * a[2];
-}
-
 FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
-                       const Executor& executor) {
+                       const Executor& executor, const std::vector<Model>& known) {
   check_asked(asked, options);
   const GreyBoxKind& kind = *asked.structure.grey_box.value().kind;
-  FitOptions plain = options;
-  plain.intervals = IntervalMethod::straight;
-  plain.search = Search::known;
-  const FitResult linear = fit(prepared, linear_of(asked, kind), plain, executor);
-
   const GreyBoxSearch search(prepared, asked);
-  const std::vector<Model> starts = search.starts(linear.model);
+  const auto same = std::find_if(known.begin(), known.end(),
+                                 [&](const Model& model) { return model.grey_box && model.grey_box->kind == &kind; });
+  std::vector<Model> starts;
+  WorkByStage before;
+  if (same != known.end()) {
+    starts = {search.begun_at(*same)};
+  } else {
+    FitOptions plain = options;
+    plain.intervals = IntervalMethod::straight;
+    plain.search = Search::known;
+    const FitResult linear = fit(prepared, linear_of(asked, kind), plain, executor);
+    before = linear.work;
+    starts = search.starts(linear.model);
+  }
   std::vector<GreyBoxSearch::End> ends(starts.size());
   executor(starts.size(), [&](std::size_t k) { ends[k] = search.minimised(starts[k], kRoughBoxSteps); });
   Work work;
@@ -353,7 +353,7 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
 
   FitResult result = begin_report(prepared.record, asked.name, "default",
                                   linear_form(*best->model.grey_box, best->model.transfer_function.delay_s),
-                                  {.work = linear.work,
+                                  {.work = before,
                                    .termination = best->converged ? "converged" : "evaluation limit",
                                    .converged = best->converged});
   Model& model = result.model;

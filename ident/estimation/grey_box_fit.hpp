@@ -13,14 +13,12 @@ namespace eha::ident {
 /// the states at t = 0 where the kind or the request asks for them. Requests hold, start or free a parameter; bounds of
 /// requests are refused.
 /// Intervals are those of standard errors.
+/// @param known  fitted to the same rows; one of the kind is the only start
 /// @throws DataError    as fit(); the search found no finite model
 /// @throws ConfigError  a request makes no sense; the paper's procedure is asked
 /// Cost: the fit of the linear form and, for each start, some 30 simulations a parameter.
 [[nodiscard]] FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& asked,
-                                     const FitOptions& options, const Executor& executor);
-
-/// Whether a model of a record is the linear form of a kind, so that the kind may describe the record better: it
-/// integrates once where the kind does, else it has two real poles. Whole orders, no map, no zeros.
-[[nodiscard]] bool is_linear_form_of(const GreyBoxKind& kind, const Model& model);
+                                     const FitOptions& options, const Executor& executor,
+                                     const std::vector<Model>& known = {});
 
 }  // namespace eha::ident

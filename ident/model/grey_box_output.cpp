@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -33,6 +34,24 @@ Eigen::VectorXd grey_box_output(const Model& model, const Eigen::Ref<const Eigen
     if (part_s < step_s) box.kind->advance(box.values.data(), state.data(), at(k - late), step_s - part_s);
   }
   return z;
+}
+
+bool is_linear_form_of(const GreyBoxKind& kind, const Model& model) {
+  const TransferFunction& g = model.transfer_function;
+  if (model.grey_box || model.input_map || g.numerator.size() != 1 || !model.stability || !model.stability->stable) {
+    return false;
+  }
+  std::array<double, 3> a = {};
+  for (const Term& term : g.denominator) {
+    const double order = std::round(term.order);
+    if (std::abs(term.order - order) > 0.0 || order < 0.0 || order > 2.0) return false;
+    a[static_cast<std::size_t>(order)] += term.coefficient;
+  }
+  if (std::abs(g.numerator.front().order) > 0.0) return false;
+  const bool integrates = std::abs(a[0]) <= 0.0;
+  if (!(a[2] > 0.0)) return false;
+  if (kind.integrates || integrates) return kind.integrates && integrates;
+  return a[1] * a[1] >= 4.0 * a[0] * a[2];
 }
 
 void require_linear(const Model& model, std::string_view why) {

@@ -18,6 +18,10 @@ namespace eha::ident {
 [[nodiscard]] Eigen::VectorXd grey_box_output(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& v,
                                               double step_s);
 
+/// Whether a model of a record is the linear form of a kind, so that the kind may describe the record better: it
+/// integrates once where the kind does, else it has two real poles. Whole orders, no map, no zeros.
+[[nodiscard]] bool is_linear_form_of(const GreyBoxKind& kind, const Model& model);
+
 /// @throws ConfigError  the model has a grey box, where a linear plant is needed
 /// @param why  "eha tune designs for a linear plant"
 void require_linear(const Model& model, std::string_view why);

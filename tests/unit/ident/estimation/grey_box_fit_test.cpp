@@ -105,6 +105,20 @@ TEST(GreyBoxFit, FindsTanksThatOverflow) {
   EXPECT_NEAR(result.model.grey_box->values[6], 0.6, 0.05);
 }
 
+TEST(GreyBoxFit, FindsTheDeadTimeAlsoFromAKnownModelWithoutOne) {
+  Model plant = truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1);
+  plant.transfer_function.delay_s = 0.07;
+  const Record record = record_of(plant, 0.02, -3.0, 3.0, 0.002, 8);
+  StructureOptions asked{.name = "friction", .structure = structure_family("friction").make({})};
+  const FitResult without = fit(record, asked, {});
+  asked.structure.delay.freedom = Freedom::free;
+  for (const std::vector<Model>& known : {std::vector<Model>{}, std::vector<Model>{without.model}}) {
+    const FitResult result = fit(record, asked, {}, run_in_order, known);
+    EXPECT_NEAR(result.model.transfer_function.delay_s, 0.07, 0.002) << known.size();
+    expect_found(result.model, "friction", 0.5, 0.02);
+  }
+}
+
 TEST(GreyBoxFit, HoldsWhatIsAskedAndRefusesWhatMakesNoSense) {
   const Record record = record_of(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1), 0.02, -3.0, 3.0, 0.002, 5);
   const FitResult result = fitted(record, "friction", {{"friction", true, 0.3, {}, {}}});
