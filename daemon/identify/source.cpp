@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_header.hpp"
@@ -80,6 +81,14 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.interpolated_rows = imported.filled.size();
     source.guess = std::move(imported.guess);
     source.remarks = std::move(imported.remarks);
+    for (const ident::Channel& channel : {source.record.input_channel, source.record.output_channel}) {
+      const std::string meant = importer::unit_meant(channel.unit);
+      if (meant.empty()) continue;
+      source.remarks.push_back(
+          fmt::format("the unit \"{}\" of {} is none that eha knows and is kept as it is; if {} is meant, "
+                      "correct the header",
+                      channel.unit, channel.name, meant));
+    }
     source.cut = imported.cut;
     source.without_gaps = imported.without_gaps;
     source.repairs = std::move(imported.repairs);

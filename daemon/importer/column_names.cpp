@@ -244,6 +244,17 @@ std::optional<std::string> known_unit(std::string_view text) {
   return std::nullopt;
 }
 
+std::string unit_meant(std::string_view text) {
+  if (known_unit(text)) return {};
+  const std::string small = lower(text);
+  for (const Spelling& spelling : kUnits) {
+    if (small == lower(spelling.unit)) return std::string(spelling.unit);
+  }
+  // Of the keys beside m; nm, km and others are lengths of their own.
+  const bool is_beside_m = small.size() == 2 && (small == "mn" || small == "mk" || small == "mj");
+  return is_beside_m ? "mm" : std::string();
+}
+
 bool may_be_unit(std::string_view field) {
   field = trimmed(field);
   return field.empty() || field == "-" || field == "1" || is_bracketed(field) || known_unit(field);

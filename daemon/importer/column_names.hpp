@@ -13,6 +13,9 @@ namespace eha::importer {
 /// A unit as the project writes it ("Volt" is V, "[mm]" is mm, "sec" is s); none when the text is no unit it knows.
 [[nodiscard]] std::optional<std::string> known_unit(std::string_view text);
 
+/// The unit that a mistyped one is likely to mean: "mn" mm, "mv" mV; empty for a known one and where nothing is likely.
+[[nodiscard]] std::string unit_meant(std::string_view text);
+
 /// Whether a field of a row below the header can be a unit: a known one, anything in brackets, "-" or nothing.
 [[nodiscard]] bool may_be_unit(std::string_view field);
 

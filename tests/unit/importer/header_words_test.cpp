@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
+#include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
 #include "tests/unit/importer/imported_file.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -136,6 +139,21 @@ TEST(Numbers, MayHaveFortransExponent) {
   const Imported imported = import_record(folder.write("r.dat", text), {});
   EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
   EXPECT_DOUBLE_EQ(imported.record.output[3], 75.0037);
+}
+
+TEST(UnitMeant, IsThatOfASlipOfThePen) {
+  for (const auto& [written, meant] : std::vector<std::pair<std::string, std::string>>{{"mn", "mm"},
+                                                                                       {"mv", "mV"},
+                                                                                       {"Mm", "mm"},
+                                                                                       {"mm", ""},
+                                                                                       {"nm", ""},
+                                                                                       {"Nm", ""},
+                                                                                       {"degC", ""},
+                                                                                       {"km", ""},
+                                                                                       {"rpm", ""},
+                                                                                       {"", ""}}) {
+    EXPECT_EQ(unit_meant(written), meant) << written;
+  }
 }
 
 }  // namespace
