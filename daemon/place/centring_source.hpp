@@ -35,17 +35,22 @@ class CentringSource final : public acquisition::CommandSource {
     const double correction_V = centring_.correction_V(last.displacement_in);
     double from_null_V = table_.voltage_V(row, last) - null_V_;
     if (pace_) from_null_V = pace_->paced_V(row, from_null_V);
-    command_V_ = null_V_ + shift_V_ + std::clamp(from_null_V + correction_V, -most_V_, most_V_);
+    const double wanted_V = null_V_ + shift_V_ + std::clamp(from_null_V + correction_V, -most_V_, most_V_);
+    command_V_ = std::clamp(wanted_V, command_V_ - most_step_V_, command_V_ + most_step_V_);
     monitor_.note(command_V_, std::abs(correction_V) >= centring_.most_V, last);
     return command_V_;
   }
   /// A valve whose null and gain were found. Call before the first row.
   /// @param null_V    that the table was made about   @param shift_V  added to every voltage
   /// @param most_V    greatest voltage from the null, and of the loop's part
-  void set(double null_V, double shift_V, double most_V, const SheetPace& pace) noexcept {
+  /// @param most_step_V  by the slew limit in a tick: a command that is limited only afterwards would not be the one
+  ///                     that moves the rod, and motion would be missed that the valve does not yet give
+  void set(double null_V, double shift_V, double most_V, double most_step_V, const SheetPace& pace) noexcept {
     null_V_ = null_V;
     shift_V_ = shift_V;
     most_V_ = most_V;
+    most_step_V_ = most_step_V;
+    command_V_ = null_V + shift_V;
     centring_.most_V = std::min(centring_.most_V, most_V);
     pace_ = pace;
   }
@@ -63,6 +68,7 @@ class CentringSource final : public acquisition::CommandSource {
   double null_V_ = 0.0;
   double shift_V_ = 0.0;
   double most_V_ = std::numeric_limits<double>::infinity();
+  double most_step_V_ = std::numeric_limits<double>::infinity();
   std::optional<SheetPace> pace_;
   double command_V_ = 0.0;
   bool has_begun_ = false;

@@ -30,6 +30,7 @@ class ExploringSource final : public acquisition::CommandSource {
         pace_(plan, limits.safe_V),
         prediction_(period_s),
         safe_V_(limits.safe_V),
+        most_step_V_(limits.slew_V_per_s * period_s),
         deceleration_in_per_s2_(limits.stopping_deceleration_in_per_s2),
         period_s_(period_s),
         source_(table_V, centring, LoopMonitor(loop_bounds(limits), period_s), LearnedMonitor(limits, period_s)) {}
@@ -82,7 +83,7 @@ class ExploringSource final : public acquisition::CommandSource {
       edge_V = std::max(edge_V, prediction_.line(i)->edge_V - (i == 0 ? null_V : -null_V));
     }
     pace_.bound_by({.edge_V = edge_V + kBeyondEdge_in_per_s / gain, .reach_V = edge_V + kPace_in_per_s / gain});
-    source_.set(safe_V_, null_V - safe_V_, edge_V + kFastest_in_per_s / gain, pace_);
+    source_.set(safe_V_, null_V - safe_V_, edge_V + kFastest_in_per_s / gain, most_step_V_, pace_);
   }
 
   [[nodiscard]] double gain_of(std::size_t direction) const noexcept {
@@ -110,6 +111,7 @@ class ExploringSource final : public acquisition::CommandSource {
   PredictionMonitor prediction_;
   double command_V_ = 0.0;
   double safe_V_;
+  double most_step_V_;
   double deceleration_in_per_s2_;
   double period_s_;
   CentringSource source_;

@@ -17,12 +17,17 @@ constexpr double kMost_V = 1.5;
 constexpr double kHold_s = 0.06;
 // What a rod may move by grows with the volt-seconds, whatever the slew limit, the range and the tick are.
 constexpr double kMost_Vs = kMost_V * (kMost_V / kSlope_V_per_s + kHold_s);  ///< of a pulse
-constexpr double kMostSum_Vs = 0.3;  ///< of the pulses before the rod is seen, those the other way taken off
+constexpr double kReach_V = 1.0;       ///< that a low slew limit may take more volt-seconds for
+constexpr double kMostSlow_Vs = 0.3;   ///< then
+constexpr double kMostAlive_Vs = 0.5;  ///< of a pulse after a return that the sensor has seen
+constexpr double kMostSum_Vs = 0.36;   ///< of the pulses before the rod is seen, those the other way taken off
 constexpr double kUsualTick_s = 0.001;
 constexpr double kReturnShare = 0.5;  ///< of the pulse's area
+constexpr double kMostReturn_Vs = kReturnShare * kMost_Vs;
 constexpr int kRefinements = 2;
 constexpr double kMean_s = 0.2;
 constexpr double kSettling_s = 0.1;
+constexpr double kRest_s = 0.4;  ///< a rod comes to rest that a pulse of 1 V at 2.5 V/s moves
 constexpr double kSeen_in = 0.002;
 constexpr double kEnough_in = 0.006;  ///< ends a pulse
 constexpr double kDrift_in = 0.006;   ///< from one mean to the next
@@ -36,29 +41,35 @@ Probe::Probe(const config::RigLimits& limits, double most_V, double period_s) no
       most_V_(std::min(most_V, kMost_V)),
       full_slope_V_per_s_(std::min(kSlopeShare_per_s * half_range_V_, kSlope_V_per_s)),
       slope_V_per_s_(std::min(limits.slew_V_per_s, full_slope_V_per_s_)),
-      period_s_(period_s) {}
+      period_s_(period_s) {
+  const double reach_V = std::min(kReach_V, most_V_);
+  last_Vs_ = std::max(std::min(kMost_Vs, most_V_ * (most_V_ / full_slope_V_per_s_ + kHold_s)),
+                      std::min(kMostSlow_Vs, reach_V * reach_V / slope_V_per_s_));
+  farthest_Vs_ = std::max(last_Vs_, std::min(kMostAlive_Vs, most_V_ * (most_V_ / slope_V_per_s_ + kHold_s)));
+}
 
 void Probe::begin(double direction) noexcept {
   direction_ = direction;
   result_ = Result::none;
-  size_V_ = std::min({kFirstShare * half_range_V_, kFirst_V, most_V_});
+  const double first_V = std::min({kFirstShare * half_range_V_, kFirst_V, most_V_});
+  area_Vs_ = first_V * first_V / full_slope_V_per_s_;
   is_return_ = false;
-  seen_size_V_ = 0.0;
+  is_alive_ = false;
+  seen_Vs_ = 0.0;
   seen_V_ = 0.0;
-  unseen_size_V_ = 0.0;
+  unseen_Vs_ = 0.0;
   refinements_ = 0;
   sum_Vs_ = 0.0;
   has_last_ = false;
   begin_pulse();
+  enter(Phase::coming_to_rest);
 }
 
 void Probe::begin_pulse() noexcept {
-  double area_Vs = size_V_ * size_V_ / full_slope_V_per_s_;
-  if (size_V_ >= most_V_) area_Vs += kHold_s * size_V_;
-  area_Vs = std::min(area_Vs, kMost_Vs);
+  double area_Vs = area_Vs_;
   if (is_return_) {
-    area_Vs *= kReturnShare;
-  } else if (seen_size_V_ <= 0.0) {
+    area_Vs = std::min(kReturnShare * area_Vs, kMostReturn_Vs);
+  } else if (seen_Vs_ <= 0.0 && !is_alive_) {
     area_Vs = std::clamp(kMostSum_Vs - sum_Vs_, 0.0, area_Vs);
   }
   // The greatest peak of this area: peak^2 / slope + late peak = area, as the peak stands for a tick.
@@ -67,7 +78,22 @@ void Probe::begin_pulse() noexcept {
   const double most_V = is_return_ ? most_V_ * std::sqrt(kReturnShare) : most_V_;
   peak_V_ = std::min(most_V, std::sqrt(half_V * half_V + slope_V_per_s_ * area_Vs) - half_V);
   hold_s_ = peak_V_ > 0.0 ? std::max(0.0, area_Vs / peak_V_ - peak_V_ / slope_V_per_s_ - late_s) : 0.0;
+  // The drift is extrapolated over the pulse: over a long one from longer means.
+  mean_s_ = std::max(kMean_s, 2.0 * peak_V_ / slope_V_per_s_ + hold_s_);
   enter(Phase::before);
+}
+
+void Probe::grow() noexcept {
+  is_return_ = false;
+  unseen_Vs_ = area_Vs_;
+  const double grown_Vs = kGrowth * kGrowth * area_Vs_;
+  if (area_Vs_ >= last_Vs_) {
+    area_Vs_ = std::min(farthest_Vs_, kGrowth * area_Vs_);
+  } else {
+    const double most_Vs = most_V_ * most_V_ / full_slope_V_per_s_;
+    area_Vs_ = grown_Vs < std::min(most_Vs, last_Vs_) ? grown_Vs : last_Vs_;
+  }
+  begin_pulse();
 }
 
 void Probe::enter(Phase phase) noexcept {
@@ -81,9 +107,9 @@ double Probe::noise_in() const noexcept { return std::sqrt(variance_in2_); }
 
 double Probe::least_in() const noexcept {
   // moved = after - just_before - r (just_before - before), each the mean of so many readings
-  const double r = (kMean_s + kSettling_s + pulse_s_) / kMean_s;
+  const double r = (mean_s_ + kSettling_s + pulse_s_) / mean_s_;
   const double squares = 1.0 + (1.0 + r) * (1.0 + r) + r * r;
-  return std::max(kSeen_in, kDeviations * noise_in() * std::sqrt(squares * period_s_ / kMean_s));
+  return std::max(kSeen_in, kDeviations * noise_in() * std::sqrt(squares * period_s_ / mean_s_));
 }
 
 double Probe::offset_V(double place_in) noexcept {
@@ -104,16 +130,19 @@ double Probe::offset_V(double place_in) noexcept {
   ++readings_;
   const double mean_in = sum_in_ / static_cast<double>(readings_);
   switch (phase_) {
+    case Phase::coming_to_rest:
+      if (phase_s_ >= kRest_s) enter(Phase::before);
+      break;
     case Phase::before:
-      if (phase_s_ < kMean_s) break;
+      if (phase_s_ < mean_s_) break;
       first_in_ = mean_in;
       enter(Phase::just_before);
       break;
     case Phase::just_before:
-      if (phase_s_ < kMean_s) break;
+      if (phase_s_ < mean_s_) break;
       second_in_ = mean_in;
       if (std::abs(second_in_ - first_in_) >
-          std::max(kDrift_in, kDeviations * noise_in() * std::sqrt(2.0 * period_s_ / kMean_s))) {
+          std::max(kDrift_in * mean_s_ / kMean_s, kDeviations * noise_in() * std::sqrt(2.0 * period_s_ / mean_s_))) {
         result_ = Result::drifts;
       }
       offset_V_ = 0.0;
@@ -128,7 +157,7 @@ double Probe::offset_V(double place_in) noexcept {
       if (phase_s_ >= kSettling_s) enter(Phase::after);
       break;
     case Phase::after:
-      if (phase_s_ < kMean_s) break;
+      if (phase_s_ < mean_s_) break;
       moved_in_ = mean_in - second_in_;
       judge();
       break;
@@ -155,38 +184,39 @@ void Probe::drive() noexcept {
 }
 
 void Probe::judge() noexcept {
-  const double drift_in = (second_in_ - first_in_) * (kMean_s + kSettling_s + pulse_s_) / kMean_s;
+  const double drift_in = (second_in_ - first_in_) * (mean_s_ + kSettling_s + pulse_s_) / mean_s_;
   moved_in_ = (is_return_ ? -direction_ : direction_) * (moved_in_ - drift_in);
   const double least = least_in();
   if (moved_in_ < -2.0 * least) {
     result_ = Result::backwards;
   } else if (!is_return_ && moved_in_ >= least) {
-    seen_size_V_ = size_V_;
+    seen_Vs_ = area_Vs_;
     seen_V_ = peak_V_;
     refine();
-  } else if (seen_size_V_ > 0.0) {
-    unseen_size_V_ = size_V_;
+  } else if (seen_Vs_ > 0.0) {
+    unseen_Vs_ = area_Vs_;
     refine();
   } else if (!is_return_) {
     is_return_ = true;
     begin_pulse();
-  } else if (size_V_ >= most_V_) {
-    result_ = Result::unseen;
   } else {
-    is_return_ = false;
-    unseen_size_V_ = size_V_;
-    size_V_ = std::min(most_V_, kGrowth * size_V_);
-    begin_pulse();
+    is_alive_ = moved_in_ >= least;
+    const double most_Vs = is_alive_ ? farthest_Vs_ : last_Vs_;
+    if (area_Vs_ >= most_Vs) {
+      result_ = Result::unseen;
+    } else {
+      grow();
+    }
   }
 }
 
 void Probe::refine() noexcept {
-  if (refinements_ == kRefinements || unseen_size_V_ <= 0.0) {
+  if (refinements_ == kRefinements || unseen_Vs_ <= 0.0) {
     result_ = Result::seen;
     return;
   }
   ++refinements_;
-  size_V_ = std::sqrt(seen_size_V_ * unseen_size_V_);
+  area_Vs_ = std::sqrt(seen_Vs_ * unseen_Vs_);
   begin_pulse();
 }
 

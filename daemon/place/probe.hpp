@@ -10,11 +10,14 @@ namespace eha::place {
 /// Finds out whether the sensor shows the rod of an unknown valve move, by pulses of the command about the safe
 /// voltage. Each is a triangle of 4 half ranges a second, at most 20 V/s, greater by half than the one before, up to
 /// what an Explorer may command, at most 1.5 V; the last is held for 0.06 s. Where the slew limit is lower, a pulse
-/// has a lower peak and the same volt-seconds. No pulse has more than 0.2025 V s, at any range, slew limit and tick.
-/// After each comes one of half its area the other way, and the sum of all is at most 0.3 V s before the rod is seen:
-/// an unseen rod of 2 in/(V s) is moved by some 0.6 in, and its mean motion is in the asked direction.
-/// Compared are the means of the readings in 0.2 s before and after a pulse, less the drift before it. A pulse ends
-/// when it moves the rod by 0.006 in. Once one is seen, two more halve the way to the greatest that was not.
+/// has a lower peak and the same volt-seconds. No pulse has more than 0.2025 V s, at any range, slew limit and tick;
+/// under 5 V/s the last one has what reaches 1 V, at most 0.3 V s. After each comes one the other way of half its area,
+/// at most 0.101 V s, and the sum of all is at most 0.36 V s before the rod is seen: an unseen rod of 2 in/(V s) is
+/// moved by some 0.7 in, and its mean motion is in the asked direction. A pulse the other way that moves the rod shows
+/// that the sensor is alive and the valve's null not in the middle: then the pulses go on to 0.5 V s.
+/// Compared are the means of the readings before and after a pulse, less the drift before it, each over 0.2 s or as
+/// long as the pulse. A pulse ends when it moves the rod by 0.006 in. Once one is seen, two more halve the way to the
+/// greatest that was not.
 ///   seen       motion in the asked direction of at least 0.002 in and six of its standard deviations
 ///   unseen     no pulse did that: the sensor is dead, the valve closed or without pressure
 ///   backwards  a pulse moved the rod the other way
@@ -42,9 +45,10 @@ class Probe {
   [[nodiscard]] double least_in() const noexcept;
 
  private:
-  enum class Phase { before, just_before, pulse, settling, after };
+  enum class Phase { coming_to_rest, before, just_before, pulse, settling, after };
 
   void begin_pulse() noexcept;
+  void grow() noexcept;
   void enter(Phase phase) noexcept;
   void drive() noexcept;
   void judge() noexcept;
@@ -60,12 +64,16 @@ class Probe {
   Result result_ = Result::none;
   Phase phase_ = Phase::before;
   double phase_s_ = 0.0;
-  double size_V_ = 0.0;         ///< peak that the pulse in the asked direction had without the slew limit
-  double seen_size_V_ = 0.0;    ///< the least that moved the rod; 0: none
-  double seen_V_ = 0.0;         ///< its peak
-  double unseen_size_V_ = 0.0;  ///< the greatest below that did not
+  double last_Vs_;          ///< of the last pulse
+  double farthest_Vs_;      ///< of the last one where the sensor is alive
+  double area_Vs_ = 0.0;    ///< of the pulse in the asked direction
+  double seen_Vs_ = 0.0;    ///< the least that moved the rod; 0: none
+  double seen_V_ = 0.0;     ///< its peak
+  double unseen_Vs_ = 0.0;  ///< the greatest below that did not
   int refinements_ = 0;
   bool is_return_ = false;  ///< the pulse goes the other way
+  bool is_alive_ = false;   ///< the last such pulse was seen
+  double mean_s_ = 0.0;     ///< time of each mean
   double peak_V_ = 0.0;     ///< of the pulse
   double hold_s_ = 0.0;
   double offset_V_ = 0.0;  ///< in the direction of the pulse
