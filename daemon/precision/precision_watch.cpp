@@ -53,7 +53,11 @@ PrecisionWatch::PrecisionWatch(const config::ExperimentConfig& experiment, const
       programs_{program("eha-worker"), program("eha")} {}
 
 void PrecisionWatch::note(int repetitions) {
-  if (is_reached() || judged() == std::numeric_limits<int>::max() || repetitions < kLeastRepetitions) return;
+  if (is_reached() || judged() == std::numeric_limits<int>::max()) return;
+  if (repetitions < kLeastRepetitions) {
+    judged_.store(repetitions, std::memory_order_release);  // a run on the virtual clock waits for that
+    return;
+  }
   try {
     if (process_) {
       const std::optional<worker::WorkerEnd> end = process_->poll();
