@@ -84,7 +84,7 @@ const IdentifiedModel* without_half_row(const Identification& identification, co
   if (!has_zero_or_delay(asked.result.model)) return nullptr;
   const IdentifiedModel* closest = nullptr;
   for (const IdentifiedModel& m : identification.models) {
-    if (!m.result.model.estimation || has_zero_or_delay(m.result.model) || !is_accepted(m)) continue;
+    if (!m.result.model.estimation || has_zero_or_delay(m.result.model)) continue;
     if (closest == nullptr || ident::ar_bic(m.result.model) < ident::ar_bic(closest->result.model)) closest = &m;
   }
   return closest;

@@ -269,16 +269,21 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     const char* name = at == first ? "the input" : "the output";
     if (take_missing_codes(rows, at, name, time_of, path, options, imported)) is_even = false;
   }
-  if (roles.output) {
-    const std::size_t at = first + 1;
-    const std::vector<std::size_t> lone = lone_rows(rows.columns[first], rows.columns[at]);
+  for (const std::size_t at : {first, first + 1}) {
+    if (!roles.output) break;
+    const bool is_input = at == first;
+    const std::vector<std::size_t> lone =
+        is_input ? lone_inputs(rows.columns[first]) : lone_rows(rows.columns[first], rows.columns[at]);
     if (!lone.empty()) {
-      const std::string found = lone_rows_text(lone, rows.columns[at], time_of(lone.front()));
+      const std::string found =
+          lone_rows_text(lone, rows.columns[at], time_of(lone.front()), is_input ? "input" : "output");
       if (!options.resample) {
         throw DataError(fmt::format(
-            "{}{}: {}; a loose contact or a disturbed sensor does that, a rod cannot, and a single such row spoils a "
-            "model; to take them as not measured and fill them: `{}`",
-            path.string(), rows.where(lone.front()), found, mend));
+            "{}{}: {}; {}, and a single such row spoils a model; to take them as not measured and fill them: `{}`",
+            path.string(), rows.where(lone.front()), found,
+            is_input ? "a lost decimal point or a disturbed wire does that"
+                     : "a loose contact or a disturbed sensor does that, a rod cannot",
+            mend));
       }
       imported.repairs.push_back(found + "; taken as not measured");
       for (const std::size_t row : lone) rows.columns[at][row] = std::numeric_limits<double>::quiet_NaN();

@@ -22,6 +22,7 @@ constexpr double kOverUsual = 30.0;      // distance over the usual one of a row
 constexpr double kOverRange = 0.03;      // distance over the range of the output
 constexpr double kNeighboursOff = 0.1;   // difference of the neighbours over the distance
 constexpr double kMostShare = 0.01;      // of the rows
+constexpr double kInputOverRange = 2.0;  // of a lone input
 constexpr std::size_t kInputBefore = 5;  // rows in which the input may be the cause
 constexpr double kClippedShare = 0.02;   // of the rows
 constexpr std::size_t kClippedTogether = 5;
@@ -385,13 +386,35 @@ std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<cons
   return found;
 }
 
-std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> output, double first_s) {
+std::vector<std::size_t> lone_inputs(std::span<const double> input) {
+  if (input.size() < kFewestRows) return {};
+  const Scale scale = scale_of(input);
+  if (!(scale.range > 0.0)) return {};
+  std::vector<std::size_t> found;
+  for (std::size_t k = 1; k + 1 < input.size(); ++k) {
+    for (std::size_t count = 1; count <= kMostTogether && k + count < input.size(); ++count) {
+      const double middle = 0.5 * (input[k - 1] + input[k + count]);
+      const bool is_far = std::all_of(input.begin() + static_cast<std::ptrdiff_t>(k),
+                                      input.begin() + static_cast<std::ptrdiff_t>(k + count),
+                                      [&](double u) { return std::abs(u - middle) > kInputOverRange * scale.range; });
+      if (!is_far || !stands_alone(input, k, count, scale)) continue;
+      for (std::size_t j = 0; j < count; ++j) found.push_back(k + j);
+      k += count;
+      break;
+    }
+  }
+  if (static_cast<double>(found.size()) > kMostShare * static_cast<double>(input.size())) return {};
+  return found;
+}
+
+std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> output, double first_s,
+                           std::string_view name) {
   const std::size_t first = rows.front();
   std::size_t after = first + 1;
   while (std::binary_search(rows.begin(), rows.end(), after)) ++after;
-  return fmt::format("{} row{} of the output stand{} alone, the first at {:.6g} s: {:.5g} between {:.5g} and {:.5g}",
-                     rows.size(), rows.size() == 1 ? "" : "s", rows.size() == 1 ? "s" : "", first_s, output[first],
-                     output[first - 1], output[after]);
+  return fmt::format("{} row{} of the {} stand{} alone, the first at {:.6g} s: {:.5g} between {:.5g} and {:.5g}",
+                     rows.size(), rows.size() == 1 ? "" : "s", name, rows.size() == 1 ? "s" : "", first_s,
+                     output[first], output[first - 1], output[after]);
 }
 
 std::pair<std::size_t, std::size_t> longest_part_without(const std::vector<std::size_t>& rows, std::size_t count) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace eha::importer {
@@ -16,10 +17,14 @@ namespace eha::importer {
 /// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).
 [[nodiscard]] std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output);
 
+/// The same of an input: up to three rows in a row that lie beyond twice the range of the others, as where a decimal
+/// point is lost. An excitation of pulses has no such range.
+[[nodiscard]] std::vector<std::size_t> lone_inputs(std::span<const double> input);
+
 /// "2 rows of the output stand alone, the first at 15.01 s: 0 between 65.1 and 65.2".
-/// @param rows  at least one, of lone_rows()
-[[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> output,
-                                         double first_s);
+/// @param rows  at least one, of lone_rows() or lone_inputs()   @param name  "output" or "input"
+[[nodiscard]] std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const double> values,
+                                         double first_s, std::string_view name = "output");
 
 /// First and last row of the longest part of `count` rows without these. @param rows  ascending
 [[nodiscard]] std::pair<std::size_t, std::size_t> longest_part_without(const std::vector<std::size_t>& rows,

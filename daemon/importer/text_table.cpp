@@ -406,6 +406,12 @@ class TextTable final : public Table {
 
   /// The way out for a number with other signs: the option that reads it where there is one.
   [[nodiscard]] std::string signs_mend(std::size_t column, std::string_view field) const {
+    // No thousands begin with 0.
+    const std::string_view digits = field.substr(field.starts_with('-') || field.starts_with('+') ? 1 : 0);
+    if (digits.starts_with("0.") || digits.starts_with("0,")) {
+      return fmt::format("; the decimal sign of the others is a {}: correct the cell",
+                         sign_name(dialect_.signs.decimal));
+    }
     std::vector<NumberSigns> others;
     SignEvidence evidence = evidence_;
     evidence.add(column, field);

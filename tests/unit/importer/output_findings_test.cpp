@@ -102,6 +102,35 @@ TEST(LoneRows, AreRefusedWithTheCommandThatFillsThem) {
   EXPECT_NE(filled.repairs.front().find("taken as not measured"), std::string::npos) << filled.repairs.front();
 }
 
+TEST(LoneRows, OfAnInputLieFarBeyondItsRange) {
+  Rod r = rod();
+  EXPECT_TRUE(lone_inputs(r.input).empty());
+  r.input[1501] = 43.1;
+  EXPECT_EQ(lone_inputs(r.input), std::vector<std::size_t>{1501});
+  std::vector<double> pulses(kRodRows, 0.0);
+  pulses[900] = 5.0;
+  EXPECT_TRUE(lone_inputs(pulses).empty()) << "an excitation of pulses";
+  const test::TemporaryFolder folder;
+  const auto path = folder.write("rod.csv", csv_of(r, even_time));
+  const std::string refusal = refused_with(path);
+  EXPECT_NE(refusal.find("1 row of the input stands alone, the first at 15.01 s: 43.1 between"), std::string::npos)
+      << refusal;
+  EXPECT_NE(refusal.find("--resample`"), std::string::npos) << refusal;
+  EXPECT_EQ(import_record(path, {.resample = true}).filled, std::vector<std::size_t>{1501});
+}
+
+TEST(Numbers, OfAMistypedDecimalSignAreNoThousands) {
+  const test::TemporaryFolder folder;
+  std::string text = "Zeit [s];Ventil [V];Weg [mm]\n";
+  for (int k = 0; k < 100; ++k)
+    text += fmt::format("{},{:02};{};75,{}\n", k / 50, k % 50 * 2, k == 40 ? "0.431" : "0,431", k);
+  const std::string refusal = refused_with(folder.write("r.csv", text));
+  EXPECT_NE(refusal.find("got \"0.431\"; the decimal sign of the others is a comma: correct the cell"),
+            std::string::npos)
+      << refusal;
+  EXPECT_EQ(refusal.find("--thousands"), std::string::npos) << refusal;
+}
+
 TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   Rod r = rod();
   double greatest = 0.0;
