@@ -248,6 +248,8 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
 
 }  // namespace
 
+bool is_whole(std::string_view outcome) noexcept { return acquisition::is_whole(outcome); }
+
 std::string_view outcome_text(const Manifest& manifest) noexcept {
   return manifest.outcome ? acquisition::to_text(*manifest.outcome) : kInProgress;
 }

@@ -82,6 +82,8 @@ struct Manifest {
 
 /// The outcome as run.json has it: "completed", ..., or "in_progress".
 [[nodiscard]] std::string_view outcome_text(const Manifest& manifest) noexcept;
+/// Whether an outcome, as run.json has it, is that of a run that ended as wanted.
+[[nodiscard]] bool is_whole(std::string_view outcome) noexcept;
 
 /// @throws DataError  `name` is no outcome; names `source`
 [[nodiscard]] acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source);

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
@@ -137,7 +136,7 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   std::vector<std::string> others;
   std::vector<std::string> changes;
   bool only_gain = true;
-  const auto is_near = [](const Pair& pair) { return pair.apart() <= config::kSameValve_V; };
+  const auto is_near = [](const Pair& pair) { return pair.apart() <= ident::kNotedShift_V; };
   const auto edges = std::count_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
     return (pair.is_null || pair.name == kHalfDeadBand) && pair.unit == "V" && is_near(pair);
   });

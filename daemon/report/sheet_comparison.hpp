@@ -14,7 +14,7 @@ struct SheetComparison {
   std::string to_do;  ///< empty if all agree
   /// "The rig is not as its valve sheet says: ..."; empty if at most the null differs, which moves with the oil.
   std::string headline;
-  bool confirms_edges = false;  ///< null and half dead band of model and sheet are within config::kSameValve_V
+  bool confirms_edges = false;  ///< null and half dead band of model and sheet are within ident::kNotedShift_V
 };
 
 /// Compares null, dead band, gain ratio and, for a plant that integrates, the gain of a model behind a valve with

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "core/shell_word.hpp"
-#include "daemon/acquisition/run_report.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
@@ -307,7 +307,7 @@ std::string next_of_none(const Subject& subject) {
 /// Why the run of the record ended before its time; empty for one that completed, and without a run.
 std::string early_end(const Subject& subject) {
   const ordered_json& outcome = subject.part("outcome");
-  if (!outcome.is_string() || acquisition::is_whole(outcome.get<std::string>())) return {};
+  if (!outcome.is_string() || record::is_whole(outcome.get<std::string>())) return {};
   const ordered_json& description = subject.part("report", "description");
   return paragraph(fmt::format("The run did not complete ({}{}); the models are of the part that was recorded.",
                                outcome.get<std::string>(),
