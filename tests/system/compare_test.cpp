@@ -109,7 +109,8 @@ TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   ASSERT_TRUE(std::filesystem::exists(folder_->path() / "v/integrator_lag_valve.json")) << fitted.err;
   const Ended here = run_eha({"validate", "v/integrator_lag_valve.json", before_}, folder_->path());
   EXPECT_EQ(here.code, 0) << here.out << here.err;
-  EXPECT_NE(here.out.find("Lags outside the bounds: the error is more than white noise"), std::string::npos) << here.out;
+  EXPECT_NE(here.out.find("Lags outside the bounds: the error is more than white noise"), std::string::npos)
+      << here.out;
   EXPECT_NE(here.out.find("do not reject it"), std::string::npos) << here.out;
   const Ended finer =
       run_eha({"validate", "v/integrator_lag_valve.json", before_, "--decimate", "20"}, folder_->path());
