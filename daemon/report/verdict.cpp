@@ -300,8 +300,9 @@ std::string without_models(const Subject& subject) {
 std::string next_of_none(const Subject& subject) {
   const ordered_json& next = subject.part("identification", "next_experiment", "file");
   if (!next.is_string()) return {};
-  return paragraph(fmt::format("Next: `eha run` with {} of this run's folder, an experiment that should show more.",
-                               next.get<std::string>()));
+  return paragraph(fmt::format(
+      "Next: what the reasons ask for; `eha run` with {} of this run's folder plays the experiment that the fit wrote.",
+      next.get<std::string>()));
 }
 
 /// Why the run of the record ended before its time; empty for one that completed, and without a run.

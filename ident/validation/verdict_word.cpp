@@ -88,7 +88,7 @@ std::string_view meaning_of(std::string_view verdict_word) {
     return "describes the record, which determines a combination of its parameters, not each of them";
   }
   if (verdict_word == kOutdone) {
-    return "no check rejects it, but the recommended model describes the record clearly better";
+    return "no check rejects it, but error and number of parameters together speak clearly for the recommended model";
   }
   return {};
 }
