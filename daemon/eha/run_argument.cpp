@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::cli {
@@ -36,8 +37,8 @@ fs::path at_service(const fs::path& name, const fs::path& socket) {
   return !folder.empty() && fs::exists(folder / name, ignored) ? folder / name : fs::path();
 }
 
-/// What to know of a link to the latest run beside which a newer one lies: the link names the last that ended as
-/// wanted.
+/// What to know of a link to the latest run beside which a newer one lies that tripped, was stopped or has no accepted
+/// model: the link names the last with one.
 std::string newer_than_latest(const fs::path& link) {
   std::error_code ignored;
   if (link.filename() != record::kLatestLink || !fs::is_symlink(link, ignored)) return {};
@@ -45,12 +46,16 @@ std::string newer_than_latest(const fs::path& link) {
   std::vector<fs::path> runs;
   try {
     runs = record::list_runs(link.has_parent_path() ? link.parent_path() : fs::path("."));
+    if (runs.empty()) return {};
+    const record::Manifest newest = record::read_manifest(runs.back());
+    if (record::is_whole(record::outcome_text(newest)) && record::purpose_of(newest) != record::Purpose::models)
+      return {};
   } catch (const Error&) {
     return {};  // a folder that the caller may not list
   }
-  if (runs.empty() || runs.back().filename() <= target.filename()) return {};
-  return fmt::format("{} is {}, the last that ended as wanted; the newest run is {}", link.string(), target.string(),
-                     runs.back().string());
+  if (runs.back().filename() <= target.filename()) return {};
+  return fmt::format("{} is {}, the last run with an accepted model; the newest run is {}", link.string(),
+                     target.string(), runs.back().string());
 }
 
 }  // namespace
