@@ -270,8 +270,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
     out.findings.to_do =
         "Nothing: each model describes this record. Of models of one record `eha report` with their files recommends "
-        "one, as it "
-        "weighs error against number of parameters.";
+        "one, as it weighs error against number of parameters.";
   }
   out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
   out.text += text_table({{"model"},

@@ -46,8 +46,7 @@ std::string asked_ruler() {
   if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
     throw UsageError(
         "the rig file has no [following], so that nothing shows a wrong calibration of the sensor before the rod "
-        "moves: "
-        "read its position off a ruler and add --ruler LENGTH, or calibrate first (eha calibrate)");
+        "moves: read its position off a ruler and add --ruler LENGTH, or calibrate first (eha calibrate)");
   }
   std::cerr << "The rig file has no [following]. Position of the rod by a ruler, such as 2.95in or 75mm: "
             << std::flush;

@@ -70,7 +70,8 @@ class Supervisor {
   /// @param peer  none: a signal, which only root and the service's own user can send
   void reload(const std::optional<Peer>& peer, Answer answer);
 
-  /// Call when a connection has ended: holds its experiments that were submitted without `detach` and have not begun.
+  /// Call when a connection has ended: holds its experiments that were queued without `detach` and
+  /// have not begun, and drops those that are still checked.
   void client_gone(control::ClientId client);
 
   /// The rig's samples, for watchers.

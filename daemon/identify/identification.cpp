@@ -9,13 +9,13 @@
 #include <cmath>
 #include <exception>
 #include <limits>
-#include <map>
 #include <mutex>
 #include <set>
 #include <utility>
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/judging_part.hpp"
@@ -26,7 +26,6 @@
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/measured_noise.hpp"
 #include "ident/validation/verdict.hpp"
-#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::identify {
 namespace {
@@ -34,15 +33,6 @@ namespace {
 constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
 constexpr double kFewestPeriods = 2.0;
 constexpr double kEnoughPeriods = 10.0;
-
-/// Returns the band in which the input of a model's record moves.
-std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
-  if (task.excited) return task.excited;
-  const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
-  if (rows < 1 || result.time_s.size() < rows) return {};
-  const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);
-  return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
-}
 
 /// Returns the lowest and highest line of the source's experiment, if it has lines.
 std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
@@ -79,19 +69,10 @@ std::string other_split_remark(const ident::CoveringSplit& other, const Identifi
   const std::string unit = ident::after_number(task.record.input_channel.unit);
   return fmt::format(
       "the two parts of the record see different inputs, {:.4g} to {:.4g}{} and {:.4g} to {:.4g}{}, and the first does "
-      "not tell a valve's dead band and gains; so {:.0f} % of the record estimate and the rest judges; with --split "
-      "{:g} "
-      "as by default, or 1 for all of it",
+      "not tell a valve's dead band and gains; so {:.0f} % of the record estimate and the rest judges; with "
+      "--split {:g} as by default, or 1 for all of it",
       other.lowest, other.highest, unit, other.lowest_of_rest, other.highest_of_rest, unit, 100.0 * other.share,
       task.options.split);
-}
-
-ident::RecordFacts facts_of(const IdentificationTask& task) {
-  return {.interpolated_percent = task.interpolated_percent,
-          .noise_std = task.noise_std,
-          .lacks_periods = task.lacks_periods,
-          .beside_ladder = task.structures.empty(),
-          .judging_part_rests = task.judging_part_rests};
 }
 
 /// Fits one structure and measures the duration.
@@ -102,85 +83,6 @@ ident::FitResult timed(const Fit& fit) {
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   if (result.model.estimation) result.model.estimation->seconds = taken.count();
   return result;
-}
-
-/// "search 1 global, 9 local, 312 evaluations, 80 Jacobians, 1500 transforms; refine ..."
-std::string work_text(const ident::WorkByStage& stages) {
-  std::string text;
-  for (const auto& [stage, work] : stages) {
-    if (work == ident::Work{}) continue;
-    text += fmt::format("{}{} {} global, {} local, {} evaluations, {} Jacobians, {} transforms",
-                        text.empty() ? "" : "; ", stage, work.global_searches, work.local_searches, work.evaluations,
-                        work.jacobians, work.transforms);
-  }
-  return text;
-}
-
-/// Whether a cut leaves out the end stop or the jump that the model meets.
-bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
-  if (cut.keeps_all() || !model.validation) return false;
-  const auto& stop = model.validation->end_stop;
-  const auto& jump = model.validation->jump;
-  return (stop || jump) && (!stop || !cut.keeps(stop->from_s)) && (!jump || !cut.keeps(jump->time_s));
-}
-
-/// Returns the verdict, with all known facts of the record and the origin of the model.
-/// @param excited  the band in which the record's input moves
-void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
-           ident::FitResult& result) {
-  ident::Model& model = result.model;
-  if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
-  model.verdict = ident::judge(model, task.acceptance, facts_of(task));
-  if (excited) {
-    model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
-  }
-  model.provenance["record"] = task.source_name;
-  model.provenance["seed"] = fmt::format("{}", task.options.seed);
-  model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
-  if (task.intersample == ident::Intersample::straight) {
-    model.provenance["intersample"] =
-        fmt::format("straight (foh): {} rows for each of the record's", ident::kPartsOfARow);
-  }
-  model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
-  model.provenance["split"] = fmt::format("{}", task.options.split);
-  model.provenance["work"] = work_text(result.work);
-  if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
-  model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
-}
-
-/// Recommends a model, and judges the others by it. A clearly worse model is usable where the two agree, unless only
-/// one of them has a map: the gain of a linear model of a valve changes with the amplitude.
-void choose(const IdentificationTask& task, Identification& identification) {
-  identification.recommendation = recommend(identification.models, task);
-  const auto picked =
-      std::find_if(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& m) {
-        return m.structure.name == identification.recommendation.model && is_accepted(m);
-      });
-  if (picked == identification.models.end()) return;
-  const ident::Model& best = picked->result.model;
-  std::vector<const ident::Model*> models;
-  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  std::map<const ident::Model*, std::string> explained_by;
-  for (const ident::Model* model : models) {
-    if (const ident::Model* other = ident::explaining(*model, models)) explained_by[model] = other->name;
-  }
-  for (IdentifiedModel& identified : identification.models) {
-    ident::Model& model = identified.result.model;
-    ident::RecordFacts facts = facts_of(task);
-    facts.explained_by = explained_by[&model];
-    const bool is_best = &model == &best;
-    if (!is_best) facts.error_over_recommended = ident::error_over(model, best);
-    if (!is_best && is_accepted(identified) && ident::is_comparable(model, best)) {
-      facts.recommended = {best.name, ident::ar_bic(model) - ident::ar_bic(best)};
-    }
-    const std::optional<ident::FrequencyInterval> band = model.verdict->usable_band;
-    model.verdict = ident::judge(model, task.acceptance, facts);
-    model.verdict->usable_band = band;
-    if (band && facts.recommended && facts.recommended->ar_bic_lower_by > ident::kClearGain &&
-        model.input_map.has_value() == best.input_map.has_value()) {
-      model.verdict->usable_band = ident::agreeing_band(model, best, *band, task.acceptance);
-    }
-  }
 }
 
 /// "fitting io to 125000 of 5000000 rows"
@@ -448,6 +350,8 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {
     IdentificationTask published = named;
+    published.options = task.options;  // the procedure has its own halves, whatever part estimates here
+    published.judging_part_rests = false;
     if (published.structures.empty()) published.structures = published_structures();
     identification.paper = fit_as_in_the_paper(published, identification.warnings);
   }

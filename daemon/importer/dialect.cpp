@@ -155,8 +155,7 @@ void take_pairs(const Reading& reading, std::size_t first, const std::string& pa
     for (std::size_t i = 2; i + 1 < line.fields.size(); i += 2) {
       if (line.fields[i] == line.fields.front()) continue;
       throw DataError(fmt::format(
-          "{}:{}: the time of {} is {} where that of {} is {}; export the channels with one sample time, from "
-          "one "
+          "{}:{}: the time of {} is {} where that of {} is {}; export the channels with one sample time, from one "
           "start",
           path, line.number, readable(header.names[i + 1], kLongestShown), readable(line.fields[i], kLongestShown),
           readable(header.names[1], kLongestShown), readable(line.fields.front(), kLongestShown)));

@@ -101,8 +101,7 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
   if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
   return fmt::format(
       "{}: a row every {:.3g} s is {} than any hydraulic rig is sampled: check the unit of the time; --period gives "
-      "the "
-      "sample period",
+      "the sample period",
       path.string(), step_s, step_s < kShortestStep_s ? "faster" : "slower");
 }
 
@@ -128,8 +127,8 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
   if (is_small) return {};
   return fmt::format(
       "{} of {} rows were moved by up to {:.3g} s to an even step of {:.6g} s: the input takes effect by as much "
-      "earlier "
-      "or later than a model has it, so that its figures are less exact than their intervals say; record with an even "
+      "earlier or later than a model has it, so that its figures are less exact than their intervals say; record with "
+      "an even "
       "clock",
       even.moved_rows, rows, even.most_moved_s, even.step_s);
 }
@@ -190,8 +189,7 @@ void refuse_exchanged(const ident::Record& record, const Roles& roles, const std
   if (inches.of(record.input_channel.unit) != "in") return;
   throw DataError(fmt::format(
       "{}: the second column, the input, is a length, and the third, the output, a voltage; if they are exchanged: "
-      "`{}`; "
-      "if not, name them: `{}`",
+      "`{}`; if not, name them: `{}`",
       path.string(),
       command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)),
       command_with(options, path, fmt::format("--input {} --output {}", roles.input + 1, *roles.output + 1))));

@@ -43,23 +43,13 @@ void PredictionMonitor::learn() noexcept {
   const double v = std::abs(motion_.speed_in_per_s());
   const double u = kDirections[i] * motion_.command_V();
   if (v < kLeast_in_per_s || v > kMost_in_per_s || std::abs(motion_.trails_by_V()) > kSlow_V) return;
-  Sums& sums = sums_[i];
-  const auto add = [&](double& sum, double value) { sum = kept_ * sum + period_s_ * value; };
-  add(sums.weight, 1.0);
-  add(sums.command, u);
-  add(sums.speed, v);
-  add(sums.command_command, u * u);
-  add(sums.command_speed, u * v);
-  add(sums.speed_speed, v * v);
-  if (sums.weight < kLeastWeight_s) return;
-  const double mean_u = sums.command / sums.weight;
-  const double mean_v = sums.speed / sums.weight;
-  const double variance_u = sums.command_command / sums.weight - mean_u * mean_u;
-  const double variance_v = sums.speed_speed / sums.weight - mean_v * mean_v;
-  const double covariance = sums.command_speed / sums.weight - mean_u * mean_v;
-  if (variance_v < kLeastSpread_in_per_s * kLeastSpread_in_per_s || covariance <= 0.0 || variance_u <= 0.0) return;
-  const double gain = covariance / variance_u;
-  lines_[i] = FlowLine{.gain_in_per_V_s = gain, .edge_V = mean_u - mean_v / gain};
+  ForgettingLine& fit = fits_[i];
+  fit.add(kept_, period_s_, u, v);
+  if (fit.weight_s() < kLeastWeight_s) return;
+  const bool spreads = fit.variance_y() >= kLeastSpread_in_per_s * kLeastSpread_in_per_s;
+  if (!spreads || fit.covariance() <= 0.0 || fit.variance_x() <= 0.0) return;
+  const double gain = fit.slope();
+  lines_[i] = FlowLine{.gain_in_per_V_s = gain, .edge_V = fit.mean_x() - fit.mean_y() / gain};
 }
 
 void PredictionMonitor::stop_learning(const FlowLine& extending, const FlowLine& retracting) noexcept {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "daemon/acquisition/limit_monitor.hpp"
+#include "daemon/place/forgetting_line.hpp"
 #include "daemon/place/slow_motion.hpp"
 
 namespace eha::place {
@@ -41,16 +42,6 @@ class PredictionMonitor {
   [[nodiscard]] const acquisition::Breach& breach() const noexcept { return breach_; }
 
  private:
-  /// Sums of a least-squares line, weighted.
-  struct Sums {
-    double weight = 0.0;
-    double command = 0.0;
-    double speed = 0.0;
-    double command_command = 0.0;
-    double command_speed = 0.0;
-    double speed_speed = 0.0;
-  };
-
   void learn() noexcept;
   void check(std::size_t i) noexcept;
   void trip(acquisition::Fault fault, double value, double limit) noexcept;
@@ -59,7 +50,7 @@ class PredictionMonitor {
   double kept_;  ///< of the sums, each tick of motion
   SlowMotion motion_;
   bool learns_ = true;
-  std::array<Sums, 2> sums_{};
+  std::array<ForgettingLine, 2> fits_{};  ///< of the speed over the command
   std::array<std::optional<FlowLine>, 2> lines_{};
   std::array<double, 2> missing_in_{};
   std::array<double, 2> due_in_{};

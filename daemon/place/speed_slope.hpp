@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "daemon/place/forgetting_line.hpp"
+
 namespace eha::place {
 
 /// Finds a sensor's slope, or a rod's gain, that has fallen to about half while the volts swing about a value a little
@@ -26,23 +28,13 @@ class SpeedSlope {
   [[nodiscard]] double least_mean_in_per_s() const noexcept { return least_mean_in_per_s_; }
 
  private:
-  /// Sums of a least-squares line, weighted.
-  struct Sums {
-    double weight_s = 0.0;
-    double due = 0.0;
-    double speed = 0.0;
-    double due_due = 0.0;
-    double due_speed = 0.0;
-    double speed_speed = 0.0;
-  };
-
   [[nodiscard]] bool looks_low() noexcept;
 
   double period_s_;
   double kept_;  ///< of the sums, each tick
   double direction_ = 0.0;
   double open_s_ = 0.0;
-  Sums sums_;
+  ForgettingLine line_;  ///< of v over w
   double low_s_ = 0.0;
   double mean_in_per_s_ = 0.0;
   double least_mean_in_per_s_ = 0.0;

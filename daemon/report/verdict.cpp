@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <regex>
 #include <string_view>
 
 #include "core/shell_word.hpp"
@@ -60,16 +59,10 @@ std::string scores_sentence(const Model& model) {
       unseen != nullptr ? "on unseen samples" : "on the samples that estimated it");
 }
 
-/// A reason in few words: its statement, without the probability.
-std::string in_few_words(const std::string& reason) {
-  static const std::regex probability(R"( \((p|both p) [=<][^)]*\))");
-  return std::regex_replace(ident::statement_of(reason), probability, "") + ".";
-}
-
 /// What limits the use of an accepted model.
 std::string limits_html(const ident::Verdict& verdict) {
   std::vector<std::string> limits;
-  for (const std::string& reason : verdict.reasons) limits.push_back(in_few_words(reason));
+  for (const std::string& reason : verdict.reasons) limits.push_back(ident::in_few_words(reason));
   if (verdict.grade == Grade::good) {
     return paragraph(limits.empty() ? "Good: it passes every check." : "Good: it passes every check. To know:") +
            list(limits);
@@ -90,21 +83,15 @@ std::string longer_record(const Subject& subject, const Model& model) {
          std::string(ident::kControllerIsAGuess) + ". Then ";
 }
 
-/// In what the model says that the rig is another one than its valve sheet; empty where they agree or one is missing.
-std::string changed_valve(const Subject& subject, const Model& model) {
-  if (!model.input_map) return {};
-  const auto sheet = compare_with_sheet(subject, model);
-  return sheet ? sheet->headline : std::string();
-}
-
 /// What to do with an accepted model.
-std::string next_steps(const Subject& subject, const ReportedModel& reported) {
+/// @param has_changed  the rig, by its valve sheet
+std::string next_steps(const Subject& subject, const ReportedModel& reported, bool has_changed) {
   // A name with line breaks could imitate another command.
   std::string file = reported.file.empty() ? "MODEL.json" : shell_word(reported.file);
   std::replace_if(
       file.begin(), file.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
   std::string text = "Next: ";
-  if (const std::string changed = changed_valve(subject, reported.model); !changed.empty()) {
+  if (has_changed) {
     text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
   } else if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
     text += longer;
@@ -182,23 +169,19 @@ std::string box(const char* kind, const std::string& heading, const std::string&
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
-/// What to know of a map in whose dead band the rod moves; empty where its valve's sheet confirms it.
-std::string caution_of_map(const Subject& subject, const Model& model) {
+/// What to know of a map in whose dead band the rod moves; empty for another map. @param sheet  null: none is known
+std::string caution_of_map(const Model& model, const SheetComparison* sheet) {
   const std::optional<double> shift = model.input_map ? ident::map_shift(model) : std::nullopt;
   if (!shift) return {};
-  const auto sheet = compare_with_sheet(subject, model);
-  if (sheet && sheet->confirms_edges) {
-    return paragraph(
-        "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; the "
-        "valve "
-        "sheet has the same null and dead band all the same.");
+  const std::string moves =
+      "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; ";
+  if (sheet != nullptr && sheet->confirms_edges) {
+    return paragraph(moves + "the valve sheet has the same null and dead band all the same.");
   }
   return fmt::format(
       "<p><strong>Null and half dead band are the fit&#39;s, not the valve&#39;s: each may be up to {:.2g} {} "
-      "off.</strong> The rod moves within that dead band, as where oil leaks past the piston or friction bends the "
-      "edges; "
-      "the valve&#39;s own are on the sheet of <code>eha characterise</code>.</p>\n",
-      *shift, escaped(model.input_unit));
+      "off.</strong> {}the valve&#39;s own are on the sheet of <code>eha characterise</code>.</p>\n",
+      *shift, escaped(model.input_unit), moves);
 }
 
 /// Gain, time constants and map in figures; of a fractional order the equation.
@@ -222,13 +205,12 @@ std::string folded(const char* heading, const std::string& html) {
 /// What an accepted model is and is good for, then folded how that is known.
 std::string of_accepted(const Subject& subject, const ReportedModel& reported, const std::string& reason) {
   const Model& model = reported.model;
-  std::string html;
-  if (const std::string changed = changed_valve(subject, model); !changed.empty()) {
-    html += "<p><strong>" + escaped(changed) + "</strong></p>\n";
-  }
+  const std::optional<SheetComparison> sheet = model.input_map ? compare_with_sheet(subject, model) : std::nullopt;
+  const bool has_changed = sheet && !sheet->headline.empty();
+  std::string html = has_changed ? "<p><strong>" + escaped(sheet->headline) + "</strong></p>\n" : std::string();
   html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model) +
-          caution_of_map(subject, model);
-  html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported));
+          caution_of_map(model, sheet ? &*sheet : nullptr);
+  html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported, has_changed));
   std::string why = list(model.verdict->reasons);
   if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
   if (const std::string scores = scores_sentence(model); !scores.empty()) why += paragraph(scores);

@@ -105,10 +105,12 @@ std::string answer_box(const ControllerSubject& subject) {
   }
   const std::string name =
       fmt::format("{} controller \"{}\"", upper_case(std::string(ident::text(c.settings.kind))), c.name);
-  if (!not_kept.empty()) {
-    std::vector<std::string> shows;
+  std::vector<std::string> shows;
+  if (subject.measured) {
     for (const std::string& change : subject.measured->changes)
       shows.push_back("The moving rod shows: " + change + ".");
+  }
+  if (!not_kept.empty()) {
     return fmt::format(
         "<section class=\"verdict none\"><h2>{}</h2>\n{}{}{}<details>\n<summary>What was promised</summary>\n{}"
         "</details>\n</section>\n",
@@ -120,6 +122,7 @@ std::string answer_box(const ControllerSubject& subject) {
             "Next: `eha characterise` measures the valve again, then `eha tune` makes a controller of it."),
         promise);
   }
+  promise += report::list(shows);
   promise += report::paragraph(
       subject.measured
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."

@@ -88,4 +88,12 @@ std::string statement_of(const std::string& reason) {
   return statement;
 }
 
+std::string in_few_words(const std::string& reason) {
+  std::string words = statement_of(reason);
+  const std::size_t begin = words.find(" (p = ");
+  const std::size_t end = words.find(')', begin == std::string::npos ? words.size() : begin);
+  if (end != std::string::npos) words.erase(begin, end + 1 - begin);
+  return words + ".";
+}
+
 }  // namespace eha::ident

@@ -39,4 +39,7 @@ inline constexpr const char* kCutOfRecord = "cut";
 /// The statement of a reason, without what to do: up to its first semicolon, and without a point.
 [[nodiscard]] std::string statement_of(const std::string& reason);
 
+/// The same as a sentence without the probability that a reason has in brackets: "(p = 0.0066, lags up to 20)".
+[[nodiscard]] std::string in_few_words(const std::string& reason);
+
 }  // namespace eha::ident

@@ -13,19 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.hpp"
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/import.hpp"
-#include "tests/unit/temporary_folder.hpp"
+#include "tests/unit/importer/bench_file.hpp"
 
 namespace eha::importer {
 namespace {
-
-std::string with_comma(double value, int decimals) {
-  std::string text = fmt::format("{:.{}f}", value, decimals);
-  if (const std::size_t point = text.find('.'); point != std::string::npos) text[point] = ',';
-  return text;
-}
 
 /// Rows of "TIME;u;y" in German, below a header.
 std::string german(std::size_t rows, const std::function<std::string(std::size_t)>& time, const char* header) {
@@ -36,32 +29,6 @@ std::string german(std::size_t rows, const std::function<std::string(std::size_t
   }
   return text;
 }
-
-class BenchFile : public testing::Test {
- protected:
-  std::filesystem::path write(const std::string& name, const std::string& text) { return folder_.write(name, text); }
-
-  static std::string refusal_of(const std::filesystem::path& path, const Options& options = {}) {
-    try {
-      static_cast<void>(import_record(path, options));
-      return "";
-    } catch (const DataError& error) {
-      return error.what();
-    }
-  }
-
-  static std::string remarks_of(const std::filesystem::path& path) {
-    return fmt::format("{}", fmt::join(import_record(path, {}).remarks, "\n"));
-  }
-
-  /// What a refusal offers as the sample period.
-  static double offered(const std::string& refusal) {
-    const std::size_t at = refusal.find("--period ");
-    return at == std::string::npos ? 0.0 : std::strtod(refusal.c_str() + at + 9, nullptr);
-  }
-
-  test::TemporaryFolder folder_;
-};
 
 constexpr const char* kGermanHeader = "Zeit;Spannung [V];Weg [mm]\n";
 
@@ -374,140 +341,6 @@ TEST_F(BenchFile, IsAMeasurementOfLabView) {
   EXPECT_DOUBLE_EQ(imported.record.step_s, 0.005) << imported.guess;
   EXPECT_EQ(imported.record.input.size(), 200);
   EXPECT_EQ(imported.record.input_channel.unit, "V");
-}
-
-/// A rod that follows a sine, 300 rows of 0.01 s. @param rod  of a row, as written
-std::string rod_file(const std::string& header, const std::function<std::string(int, double)>& row) {
-  std::string text = header;
-  double place = 100.0;
-  for (int k = 0; k < 300; ++k) {
-    const double volts = std::sin(0.05 * k);
-    text += row(k, volts) + fmt::format("{:.2f}\n", place);
-    place += 0.12 * volts;
-  }
-  return text;
-}
-
-TEST_F(BenchFile, WithACodeForMissingValuesIsAskedAbout) {
-  const auto with = [&](const std::string& code, int first, int last) {
-    std::string text = "Time [s],Valve [V],Rod [mm]\n";
-    for (int k = 0; k < 300; ++k) {
-      text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
-                          k >= first && k < last ? code : fmt::format("{:.2f}", 100.0 + 5.0 * std::sin(0.03 * k)));
-    }
-    return write("codes.csv", text);
-  };
-  for (const char* code : {"-9999", "-999", "9999", "-99999", "1e30", "3.4e38", "-3.4028235e+38", "-999.25"}) {
-    const auto path = with(code, 100, 140);
-    Options options;
-    options.command = "eha fit codes.csv";
-    const std::string refusal = refusal_of(path, options);
-    EXPECT_NE(refusal.find("40 rows of the output hold "), std::string::npos) << code << ": " << refusal;
-    EXPECT_NE(refusal.find("a code for missing values"), std::string::npos) << refusal;
-    EXPECT_NE(refusal.find("`eha fit codes.csv --resample`"), std::string::npos) << refusal;
-    EXPECT_NE(refusal.find("`eha fit codes.csv --from 1.4`"), std::string::npos) << refusal;
-    options.resample = true;
-    const Imported filled = import_record(path, options);
-    EXPECT_EQ(filled.filled.size(), 40U) << code;
-    EXPECT_LT(filled.record.output.maxCoeff(), 106.0) << code;
-  }
-  EXPECT_EQ(refusal_of(with("123.4", 10, 12)).find("a code for"), std::string::npos);
-  for (const char* word : {"---", "OVLD", "OL", "over", "#DIV/0!", "OVERFLOW"}) {
-    const std::string refusal = refusal_of(with(word, 100, 102));
-    EXPECT_NE(refusal.find("--resample` fills missing values"), std::string::npos) << word << ": " << refusal;
-  }
-}
-
-TEST_F(BenchFile, WithNinesAmongItsPlacesIsNotSaidToMissThem) {
-  std::string text = "Time [s],Valve [V],Rod [um]\n";
-  for (int k = 0; k < 300; ++k) {
-    text += fmt::format("{:.2f},{:.3f},{}\n", 0.01 * k, std::sin(0.05 * k),
-                        std::lround(9999.0 + 800.0 * std::sin(0.03 * k)));
-  }
-  EXPECT_EQ(refusal_of(write("um.csv", text)), "");
-}
-
-TEST_F(BenchFile, TakesNoTemperatureForTheTime) {
-  for (const char* name :
-       {"T_oil [degC]", "T_oil", "T", "T_\u00d6l", "Oil temperature [\u00b0C]", "T [\u00b0C]", "T_tank"}) {
-    for (const bool rises : {false, true}) {
-      const auto degrees = [&](int k) { return rises ? 41.31 + 0.01 * k : 41.0 + 0.1 * (k % 3); };
-      const auto dated =
-          write("dated.csv", rod_file(fmt::format("timestamp,u_valve [V],{},x [mm]\n", name), [&](int k, double u) {
-                  return fmt::format("2025-11-21T08:14:{:06.3f}Z,{:.4f},{:.2f},", 0.01 * k, u, degrees(k));
-                }));
-      EXPECT_DOUBLE_EQ(offered(refusal_of(dated)), 0.01) << name << ": " << refusal_of(dated);
-      Options even;
-      even.period_s = 0.01;
-      EXPECT_EQ(import_record(dated, even).record.output_channel.unit, "mm") << name;
-      if (rises && std::string(name) == "T") continue;  // a time without a unit, for what it shows
-      const auto bare = write("bare.csv", rod_file(fmt::format("u_valve [V],{},x [mm]\n", name), [&](int k, double u) {
-                                return fmt::format("{:.4f},{:.2f},", u, degrees(k));
-                              }));
-      EXPECT_NE(refusal_of(bare).find("--period SECONDS`"), std::string::npos) << name << ": " << refusal_of(bare);
-      EXPECT_EQ(import_record(bare, even).record.output_channel.unit, "mm") << name;
-      EXPECT_EQ(import_record(bare, even).record.input_channel.unit, "V") << name;
-    }
-  }
-}
-
-/// As TwinCAT's Scope View exports its channels: a clock beside each.
-std::string scope_of(double second_clock) {
-  std::string text =
-      "Name\tYT Scope Project\nFile\tC:\\Scope\\Axis.svdx\nStarttime of export\t134082944430000000\n\n"
-      "Name\tu_Ventil\tName\tx_Ist\nSymbolComment\t\tSymbolComment\t\nData-Type\tREAL64\tData-Type\tREAL64\n"
-      "SampleTime[ms]\t10\tSampleTime[ms]\t10\nSymbolName\tMAIN.u_Ventil\tSymbolName\tMAIN.x_Ist\n"
-      "Offset\t0\tOffset\t0\nScaleFactor\t1\tScaleFactor\t1\nUnit\t(V)\tUnit\t(mm)\n\n";
-  for (int k = 0; k < 300; ++k) {
-    text += fmt::format("{}\t{}\t{}\t{}\n", 10 * k, with_comma(std::sin(0.05 * k), 5), 10 * k + second_clock,
-                        with_comma(100.0 - 2.0 * std::cos(0.05 * k), 5));
-  }
-  return text;
-}
-
-TEST_F(BenchFile, OfTwinCatHasNamesUnitsAndPeriod) {
-  const Imported imported = import_record(write("scope.csv", scope_of(0.0)), {});
-  EXPECT_EQ(imported.record.input_channel.name, "u_Ventil") << imported.guess;
-  EXPECT_EQ(imported.record.input_channel.unit, "V");
-  EXPECT_EQ(imported.record.output_channel.name, "x_Ist");
-  EXPECT_EQ(imported.record.output_channel.unit, "mm");
-  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01);
-  EXPECT_EQ(imported.record.input.size(), 300);
-}
-
-TEST_F(BenchFile, OfTwinCatWithClocksThatDifferIsRefused) {
-  const std::string refusal = refusal_of(write("scope.csv", scope_of(5.0)));
-  EXPECT_NE(refusal.find("the time of x_Ist is 5 where that of u_Ventil is 0"), std::string::npos) << refusal;
-}
-
-TEST_F(BenchFile, OfAClosedLoopIsStillOneAfterItsImport) {
-  const auto path = write("loop.csv", rod_file("Time [s],Set point [mm],Valve [V],Rod [mm]\n", [](int k, double u) {
-                            return fmt::format("{:.2f},{},{:.4f},", 0.01 * k, 100 + k / 100, u);
-                          }));
-  const Imported imported = import_record(path, {});
-  ASSERT_FALSE(imported.remarks.empty());
-  EXPECT_NE(imported.remarks.front().find("is a set point of the rod, so that a controller"), std::string::npos);
-  std::string text;
-  write_record_csv(imported, [&](std::string_view piece) { text += piece; });
-  const Imported again = import_record(write("again.csv", text), {});
-  ASSERT_EQ(again.remarks.size(), 1U);
-  EXPECT_NE(again.remarks.front().find("had a set point of the rod, so that a controller"), std::string::npos)
-      << again.remarks.front();
-  EXPECT_TRUE(again.guess.empty()) << "a record of our own";
-  EXPECT_EQ(again.record.input, imported.record.input);
-}
-
-TEST_F(BenchFile, WithRowsOffAnEvenGridSaysWhatMovingThemCosts) {
-  const auto path = write("jitter.csv", rod_file("Time [s],Valve [V],Rod [mm]\n", [](int k, double u) {
-                            return fmt::format("{:.3f},{:.4f},", 0.01 * k + 0.002 * (k % 2), u);
-                          }));
-  Options options;
-  options.resample = true;
-  const Imported imported = import_record(path, options);
-  ASSERT_FALSE(imported.remarks.empty());
-  EXPECT_NE(imported.remarks.front().find("rows were moved by up to 0.002 s to an even step of 0.01 s"),
-            std::string::npos)
-      << imported.remarks.front();
 }
 
 }  // namespace

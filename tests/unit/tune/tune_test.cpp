@@ -69,6 +69,10 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   EXPECT_GT(html.find("Promised on 50 drawn rigs"), html.find("<details>")) << "what was promised is no answer";
   EXPECT_LT(html.find("half dead band 0.22 V instead of 0.15 V"), html.find("Next: <code>eha characterise</code>"))
       << html;
+  subject.measured->figures.front().kept = "yes";
+  html = answer_box(subject);
+  EXPECT_NE(html.find("promise kept, "), std::string::npos) << html;
+  EXPECT_NE(html.find("half dead band 0.22 V instead of 0.15 V"), std::string::npos) << "worth knowing all the same";
 }
 
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/judging.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ident/excitation/excitation.hpp"
+#include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
+namespace eha::identify {
+namespace {
+
+/// "search 1 global, 9 local, 312 evaluations, 80 Jacobians, 1500 transforms; refine ..."
+std::string work_text(const ident::WorkByStage& stages) {
+  std::string text;
+  for (const auto& [stage, work] : stages) {
+    if (work == ident::Work{}) continue;
+    text += fmt::format("{}{} {} global, {} local, {} evaluations, {} Jacobians, {} transforms",
+                        text.empty() ? "" : "; ", stage, work.global_searches, work.local_searches, work.evaluations,
+                        work.jacobians, work.transforms);
+  }
+  return text;
+}
+
+/// Whether a cut leaves out the end stop or the jump that the model meets.
+bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
+  if (cut.keeps_all() || !model.validation) return false;
+  const auto& stop = model.validation->end_stop;
+  const auto& jump = model.validation->jump;
+  return (stop || jump) && (!stop || !cut.keeps(stop->from_s)) && (!jump || !cut.keeps(jump->time_s));
+}
+
+}  // namespace
+
+ident::RecordFacts facts_of(const IdentificationTask& task) {
+  return {.interpolated_percent = task.interpolated_percent,
+          .noise_std = task.noise_std,
+          .lacks_periods = task.lacks_periods,
+          .beside_ladder = task.structures.empty(),
+          .judging_part_rests = task.judging_part_rests};
+}
+
+std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
+  if (task.excited) return task.excited;
+  const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
+  if (rows < 1 || result.time_s.size() < rows) return {};
+  const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);
+  return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
+}
+
+void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
+           ident::FitResult& result) {
+  ident::Model& model = result.model;
+  if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
+  model.verdict = ident::judge(model, task.acceptance, facts_of(task));
+  if (excited) {
+    model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
+  }
+  model.provenance["record"] = task.source_name;
+  model.provenance["seed"] = fmt::format("{}", task.options.seed);
+  model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
+  if (task.intersample == ident::Intersample::straight) {
+    model.provenance["intersample"] =
+        fmt::format("straight (foh): {} rows for each of the record's", ident::kPartsOfARow);
+  }
+  model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
+  model.provenance["split"] = fmt::format("{}", task.options.split);
+  model.provenance["work"] = work_text(result.work);
+  if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
+  model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
+}
+
+void choose(const IdentificationTask& task, Identification& identification) {
+  identification.recommendation = recommend(identification.models, task);
+  const auto picked =
+      std::find_if(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& m) {
+        return m.structure.name == identification.recommendation.model && is_accepted(m);
+      });
+  if (picked == identification.models.end()) return;
+  const ident::Model& best = picked->result.model;
+  std::vector<const ident::Model*> models;
+  for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
+  std::map<const ident::Model*, std::string> explained_by;
+  for (const ident::Model* model : models) {
+    if (const ident::Model* other = ident::explaining(*model, models)) explained_by[model] = other->name;
+  }
+  for (IdentifiedModel& identified : identification.models) {
+    ident::Model& model = identified.result.model;
+    ident::RecordFacts facts = facts_of(task);
+    facts.explained_by = explained_by[&model];
+    const bool is_best = &model == &best;
+    if (!is_best) facts.error_over_recommended = ident::error_over(model, best);
+    if (!is_best && is_accepted(identified) && ident::is_comparable(model, best)) {
+      facts.recommended = {best.name, ident::ar_bic(model) - ident::ar_bic(best)};
+    }
+    const std::optional<ident::FrequencyInterval> band = model.verdict->usable_band;
+    model.verdict = ident::judge(model, task.acceptance, facts);
+    model.verdict->usable_band = band;
+    if (band && facts.recommended && facts.recommended->ar_bic_lower_by > ident::kClearGain &&
+        model.input_map.has_value() == best.input_map.has_value()) {
+      model.verdict->usable_band = ident::agreeing_band(model, best, *band, task.acceptance);
+    }
+  }
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "daemon/identify/identification.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/validation/verdict.hpp"
+
+namespace eha::identify {
+
+/// What is known of the task's record for a verdict.
+[[nodiscard]] ident::RecordFacts facts_of(const IdentificationTask& task);
+
+/// Returns the band in which the input of a model's record moves [Hz]; none where it does not. Cost: an FFT of the
+/// input, unless the experiment's lines are known.
+[[nodiscard]] std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task,
+                                                                 const ident::FitResult& result);
+
+/// Gives a fitted model its verdict, with all known facts of the record, its usable band and its origin.
+/// @param excited  of excited_by(); none: no usable band is given
+/// Cost: the model's frequency response at some hundred frequencies.
+void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
+           ident::FitResult& result);
+
+/// Recommends a model, and judges the others by it. A clearly worse model is usable where the two agree, unless only
+/// one of them has a map: the gain of a linear model of a valve changes with the amplitude.
+/// Cost: one more verdict for each model.
+void choose(const IdentificationTask& task, Identification& identification);
+
+}  // namespace eha::identify
