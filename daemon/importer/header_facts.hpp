@@ -12,6 +12,9 @@
 
 namespace eha::importer {
 
+/// Begins a comment above the header of a record that was imported from a file with a set point of the rod.
+inline constexpr std::string_view kClosedLoopComment = "# closed loop";
+
 /// The sample period that a program writes above its rows [s]: "HResolution" of Yokogawa, "Increment" of Rigol, "Sample
 /// Interval", "Delta_X", or one over a "SampleRate" in Hz. The value stands behind its name, as in "Abtastrate: 200
 /// Hz", or below it. None where no line says one, or where two differ.

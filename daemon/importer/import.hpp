@@ -38,9 +38,6 @@ struct Imported {
   std::vector<std::string> repairs = {};  ///< gaps and jitter that --resample mended, one sentence each
 };
 
-/// Begins a comment above the header of a record that was imported from a file with a set point of the rod.
-inline constexpr std::string_view kClosedLoopComment = "# closed loop";
-
 /// Reads a record. Ten million rows of text (0.26 GB) take about 4 s and 0.4 GB on one core.
 [[nodiscard]] Imported import_record(const std::filesystem::path& path, const Options& options,
                                      const Progress& progress = {});

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string>
 
+#include "daemon/importer/header_facts.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/csv_field.hpp"
 
