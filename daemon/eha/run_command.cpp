@@ -124,6 +124,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
           stop.request().request_ramp_out();
           miss_guard("; nothing is driven without it: ramping out");
         }
+        stop.notice_lost_terminal();
         RunProgress progress = progress_of(now, rig_config);
         progress.is_real_time = !command.fast;
         progress.is_placing = experiment.config.placing() != nullptr;

@@ -62,7 +62,7 @@ RunFollower::RunFollower(std::filesystem::path socket, Client& client, std::vect
       unit_(std::move(unit)),
       console_(console) {}
 
-std::optional<RunFollower::Json> RunFollower::follow(std::int64_t experiment, const StopOnSignals& stop, Held held) {
+std::optional<RunFollower::Json> RunFollower::follow(std::int64_t experiment, StopOnSignals& stop, Held held) {
   try {
     return watch(experiment, stop, held);
   } catch (const control::ConnectionLost& lost) {
@@ -72,9 +72,10 @@ std::optional<RunFollower::Json> RunFollower::follow(std::int64_t experiment, co
   }
 }
 
-std::optional<RunFollower::Json> RunFollower::watch(std::int64_t experiment, const StopOnSignals& stop, Held held) {
+std::optional<RunFollower::Json> RunFollower::watch(std::int64_t experiment, StopOnSignals& stop, Held held) {
   client_.call("watch", {{"entry", experiment}, {"rate_Hz", 10.0}});
   for (;;) {
+    stop.notice_lost_terminal();
     if (stop.count() > stops_seen_) {
       stops_seen_ = stop.count();
       if (!pass_on_stop()) return std::nullopt;

@@ -29,8 +29,7 @@ class RunFollower {
   /// Follows one until it is over, or held with Held::leave.
   /// @returns its last entry; none if the user did not wait for the fit
   /// @throws DeviceError  the connection is lost; gives the last known state and the command that asks again
-  [[nodiscard]] std::optional<nlohmann::ordered_json> follow(std::int64_t experiment, const StopOnSignals& stop,
-                                                             Held held);
+  [[nodiscard]] std::optional<nlohmann::ordered_json> follow(std::int64_t experiment, StopOnSignals& stop, Held held);
 
   /// Stops the one that is driven and removes the waiting ones from the queue. @returns false if all are over
   bool pass_on_stop();
@@ -38,7 +37,7 @@ class RunFollower {
  private:
   using Json = nlohmann::ordered_json;
 
-  [[nodiscard]] std::optional<Json> watch(std::int64_t experiment, const StopOnSignals& stop, Held held);
+  [[nodiscard]] std::optional<Json> watch(std::int64_t experiment, StopOnSignals& stop, Held held);
   void show(std::int64_t experiment, const Json& status);
   void end_long_wait(std::int64_t experiment, bool is_unarmed);
   [[nodiscard]] std::string last_heard(std::int64_t number) const;

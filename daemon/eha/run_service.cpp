@@ -269,7 +269,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     return ExitCode::interrupted;
   }
   // From here on Ctrl-C stops the rig; closing the terminal does not.
-  const StopOnSignals stop(Driver::service);
+  StopOnSignals stop(Driver::service);
   const std::vector<std::int64_t> before = own_numbers(client);
   Json entries;
   try {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/stop_on_signals.hpp"
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <optional>
 
 namespace eha::cli {
@@ -15,6 +18,9 @@ void on_signal(int) { stop_request->request(); }
 
 StopOnSignals::StopOnSignals(Driver driver) {
   stop_request.emplace();
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (isatty(descriptor) == 1) terminals_.push_back(descriptor);
+  }
   handle(SIGINT, on_signal);
   handle(SIGTERM, on_signal);
   if (driver == Driver::service) return;
@@ -41,6 +47,16 @@ StopOnSignals::~StopOnSignals() { give_back(); }
 void StopOnSignals::give_back() noexcept {
   for (const auto& [number, before] : before_) sigaction(number, &before, nullptr);
   before_.clear();
+}
+
+void StopOnSignals::notice_lost_terminal() noexcept {
+  for (const int descriptor : terminals_) {
+    pollfd terminal{.fd = descriptor, .events = 0, .revents = 0};
+    if (poll(&terminal, 1, 0) != 1 || (terminal.revents & (POLLHUP | POLLERR)) == 0) continue;
+    terminals_.clear();
+    raise(SIGHUP);
+    return;
+  }
 }
 
 int StopOnSignals::end() noexcept {

@@ -30,6 +30,10 @@ class StopOnSignals {
   /// Returns the number of requested stops.
   [[nodiscard]] int count() const noexcept;
 
+  /// Raises SIGHUP, once, where a terminal of this process is gone: the kernel sends it only to the sessions and groups
+  /// that it controls, so that a command which su or setsid began would go on unseen. Called several times a second.
+  void notice_lost_terminal() noexcept;
+
   /// Gives the signals back to what handled them before, and returns the number of stops that were requested: none is
   /// lost between the two.
   [[nodiscard]] int end() noexcept;
@@ -39,6 +43,7 @@ class StopOnSignals {
   void give_back() noexcept;
 
   std::vector<std::pair<int, struct sigaction>> before_;
+  std::vector<int> terminals_;  ///< of standard input, output and error, those that are a terminal; none once lost
 };
 
 }  // namespace eha::cli

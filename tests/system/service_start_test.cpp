@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What an experiment must still fulfil when its turn comes: a rehearsal from where the rod stands then, and a client.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -7,12 +8,14 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
 
 #include "core/error.hpp"
+#include "core/os/file_descriptor.hpp"
 #include "daemon/control/socket_address.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
@@ -79,7 +82,10 @@ class ServiceStart : public ::testing::Test {
   }
   void go_far() { place_at(kFar_in); }
   double rod_in() { return client_->call("status").at("rod").at("displacement_in"); }
-  std::string state_of(std::int64_t entry) { return entry_of(daemon_, entry).at("state"); }
+  std::string state_of(std::int64_t entry) {
+    const Json found = entry_of(daemon_, entry);
+    return found.is_object() ? found.at("state").get<std::string>() : "not there";
+  }
 
   /// Waits until an experiment is in a state. @returns whether that happened in time
   bool reaches(std::int64_t entry, const std::string& state) {
@@ -302,6 +308,24 @@ TEST_F(ServiceStart, HoldsWhatAKilledCommandHadQueued) {
       },
       SIGKILL);
   ASSERT_EQ(killed.code, 128 + SIGKILL) << killed.err;
+  EXPECT_TRUE(reaches(waits, "held"));
+  EXPECT_EQ(state_of(on), "running");
+}
+
+TEST_F(ServiceStart, HoldsWhatACommandWithoutItsTerminalHadQueued) {
+  // As `su -c` begins it: in a session of its own, so that the kernel does not tell it that the terminal is gone.
+  os::FileDescriptor terminal(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
+  ASSERT_TRUE(terminal && grantpt(terminal.get()) == 0 && unlockpt(terminal.get()) == 0);
+  client_->call("arm");
+  const std::int64_t on = submit(*client_, quiet_experiment_text("on", 600.0), false);
+  std::ofstream(daemon_.folder() / "waits.toml") << quiet_experiment_text("waits", 2.0);
+  const std::int64_t waits = on + 1;
+  const std::string command =
+      fmt::format("cd '{0}' && setsid -f '{1}' run waits.toml --socket '{2}' <{3} >{3} 2>{3}", daemon_.folder().string(),
+                  EHA_PROGRAM, daemon_.socket().string(), ptsname(terminal.get()));
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  ASSERT_TRUE(reaches(waits, "waiting"));
+  terminal.close();
   EXPECT_TRUE(reaches(waits, "held"));
   EXPECT_EQ(state_of(on), "running");
 }
