@@ -24,7 +24,7 @@ struct RunCommand;
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
-/// Returns the command that looks for the cause of a placing's trip: `eha read`, which shows whether the sensor follows
+/// Returns the command that looks for the cause of a placing's trip on a local rig: `eha read`, which shows whether the sensor follows
 /// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
 /// `eha characterise`, which measures that.
 /// @param fault  its name, such as "no_motion"

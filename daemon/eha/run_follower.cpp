@@ -156,7 +156,8 @@ bool RunFollower::pass_on_stop() {
     if (answer.at("stopped") == "nothing") return;
     can_change = true;
     console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"
-                                                         : "ramping out; Ctrl-C again makes the rig safe at once");
+                                                         : "ramping out, and the rig is disarmed then; Ctrl-C again "
+                                                           "makes it safe at once");
   };
   // Ends the driven experiment first.
   for (const std::int64_t number : queued_) end(number);

@@ -88,6 +88,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
+  if (const std::string outcome = entry.value("outcome", ""); outcome == "faulted" || outcome == "interrupted") {
+    console.info(fmt::format("the rig is disarmed; `{}` comes before the next motion",
+                             through(command.socket, "eha arm")));
+  }
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
       entry.value("outcome", "") == "faulted") {
@@ -108,11 +112,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
       if (!folder.empty()) warn_of_unused_sheet(folder, console);
       print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
     }
-    if (code == ExitCode::safety_trip) {
-      const std::string next = next_after_trip(note.substr(0, note.find(' ')), rig.value("moves", true));
-      const std::string arm = next == "eha read" ? "" : through(command.socket, "eha arm") + " && ";
-      console.next_step(arm + through(command.socket, next));
-    }
+    if (code == ExitCode::safety_trip) console.next_step(through(command.socket, "eha read"));
     return code;
   }
   print_answer_of_service(entry, console);

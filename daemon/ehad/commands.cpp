@@ -136,8 +136,9 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
   if (next_ && next_->entry == entry.id) return "its rehearsal from where the rod stands now";
   if (entry.state == EntryState::waiting) return "the experiments before it";
   const std::string release = fmt::format("eha queue release {}", entry.id);
-  const std::string why = entry.note.empty() ? "" : ": " + entry.note;
+  std::string why = entry.note.empty() ? "" : ": " + entry.note;
   if (may_start(entry.uid)) return release + why;
+  if (why.empty() && queue_.open_fault() != nullptr) why = ": " + disarmed_because_;
   if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
     return fmt::format("the lease of {}, then eha arm and {}{}", lease_.holder()->user, release, why);
   }

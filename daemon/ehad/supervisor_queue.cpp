@@ -85,8 +85,9 @@ void Supervisor::require_arming_of_placing(const Submission& submission) const {
   if (!submission.moves_at_once || may_start(submission.uid)) return;
   const Entry& first = submission.entries.front();
   require_lease({.uid = submission.uid, .user = first.user}, first.file);
-  throw PermissionError(fmt::format(
-      "{}: the rig is not armed by {}: eha arm, then again; a move to a place is never held", first.file, first.user));
+  throw PermissionError(
+      fmt::format("{}: the rig is not armed by {}{}: eha arm, then again; a move to a place is never held", first.file,
+                  first.user, queue_.open_fault() != nullptr ? fmt::format(" ({})", disarmed_because_) : ""));
 }
 
 void Supervisor::refuse(const Submission& submission) {

@@ -182,10 +182,16 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
   EXPECT_NE(jog.err.find("no_motion"), std::string::npos) << jog.err;
   EXPECT_NE(jog.err.find("`eha characterise` measures null and dead band"), std::string::npos) << jog.err;
-  EXPECT_NE(jog.out.find("Next: eha arm --socket " + daemon_.socket().string() + " && eha characterise"),
-            std::string::npos)
-      << jog.out << "a simulated rig has no hydraulics to switch on";
+  EXPECT_NE(jog.out.find("Next: eha read --socket " + daemon_.socket().string()), std::string::npos)
+      << jog.out << "whoever copies the next step after a trip moves nothing";
+  EXPECT_NE(jog.err.find("the rig is disarmed"), std::string::npos) << jog.err;
   EXPECT_EQ(client.call("status").at("state"), "faulted");
+  const Ended again = eha({"jog", "+0.4in", "--fast"});
+  EXPECT_EQ(again.code, static_cast<int>(ExitCode::permission)) << again.err;
+  EXPECT_NE(again.err.find("faulted: no_motion"), std::string::npos) << again.err << "why it is not armed";
+  std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
+  const Ended detached = eha({"run", (daemon_.folder() / "quiet.toml").string(), "--fast", "--detach"});
+  EXPECT_NE(detached.err.find("faulted: no_motion"), std::string::npos) << detached.err;
 }
 
 TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
