@@ -15,6 +15,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kBarWidth = 13;
+/// A shorter way to the start is not mentioned.
+constexpr double kShown_s = 1.0;
 
 double number_in(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -41,6 +43,7 @@ RunProgress progress_of(const acquisition::Snapshot& now, const config::RigConfi
   const double step_s = rig.realtime.sample_period_s;
   return {.played_s = now.experiment_row * step_s,
           .total_s = now.experiment_rows * step_s,
+          .elapsed_s = static_cast<double>(now.elapsed_ns) * 1e-9,
           .displacement_in = now.displacement_in,
           .applied_V = now.applied_V,
           .travel_min_in = rig.limits.travel_min_in,
@@ -56,6 +59,7 @@ RunProgress progress_of(const Json& status) {
   const Json& run = status.at("run");
   RunProgress progress{.played_s = number_in(run, "experiment_s"),
                        .total_s = number_in(run, "experiment_total_s"),
+                       .elapsed_s = number_in(run, "elapsed_s"),
                        .displacement_in = number_in(run, "displacement_in"),
                        .applied_V = number_in(run, "applied_V"),
                        .travel_percent = number_in(run, "travel_percent"),
@@ -89,8 +93,12 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
-  line += duration_text(left_s) + (progress.is_placing ? " at most" : " left");
-  if (progress.is_real_time && !progress.is_placing) {
+  if (!progress.is_placing && progress.played_s <= 0.0 && progress.elapsed_s >= kShown_s) {
+    line += fmt::format("preparing for {}, then {}", duration_text(progress.elapsed_s), duration_text(left_s));
+  } else {
+    line += duration_text(left_s) + (progress.is_placing ? " at most" : " left");
+  }
+  if (progress.is_real_time && !progress.is_placing && progress.played_s > 0.0) {
     const auto left = std::chrono::duration_cast<std::chrono::system_clock::duration>(
         std::chrono::duration<double>(std::ceil(left_s)));
     line += ", end " + clock_text(now + left);

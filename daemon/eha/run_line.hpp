@@ -17,6 +17,7 @@ namespace eha::cli {
 struct RunProgress {
   double played_s = 0.0;  ///< of the experiment
   double total_s = 0.0;
+  double elapsed_s = 0.0;  ///< since the first tick, the way to the start and a search of the middle included
   double displacement_in = 0.0;
   double applied_V = 0.0;
   double travel_min_in = 0.0;  ///< limits of the rig
@@ -36,8 +37,9 @@ struct RunProgress {
 /// @param status  of ehad-protocol(7), with a run
 [[nodiscard]] RunProgress progress_of(const nlohmann::ordered_json& status);
 
-/// "37.7 s left, end 14:32:10  2.953 in [----#-----]  +1.20 V, 0 late, margin 0.80 in": at most 100 columns. Near a
-/// limit the line starts with a warning. @param now  of the wall clock, local time is shown
+/// "37.7 s left, end 14:32:10  2.953 in [----#-----]  +1.20 V, 0 late, margin 0.80 in": at most 100 columns. Before the
+/// experiment "preparing for 34.0 s, then 1:40 min". Near a limit the line starts with a warning.
+/// @param now  of the wall clock, local time is shown
 [[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
                                    std::chrono::system_clock::time_point now);
 

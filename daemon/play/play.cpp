@@ -136,8 +136,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   });
   while (loop.wait_for(kProgressInterval) != std::future_status::ready) {
     display.show();
-    if (request.early_end != nullptr && queue->writer_failed()) {
-      request.early_end->give_up();  // no further row comes
+    if (request.early_end != nullptr && (queue->writer_failed() || run.stop.count() > 0)) {
+      request.early_end->give_up();  // no further row comes, and the loop must not wait for a verdict
     } else if (request.early_end != nullptr) {
       request.early_end->note(static_cast<int>(run.watch.journal_rows.load() / request.table_V.size()));
     }

@@ -31,6 +31,16 @@ TEST(RunLine, SaysWhatIsLeftWhereTheRodIsAndWhatIsPredicted) {
 
 TEST(RunLine, SaysNothingOfARunBeforeItsFirstTick) { EXPECT_EQ(run_line({}, DisplayUnit(), kNow), "about to begin"); }
 
+TEST(RunLine, CountsThePreparationWhoseLengthNobodyKnows) {
+  RunProgress progress = in_mid_stroke();
+  progress.played_s = 0.0;
+  progress.elapsed_s = 34.0;
+  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("preparing for 34.0 s, then 50.0 s  2.953 in"), 0U)
+      << run_line(progress, DisplayUnit(), kNow);
+  progress.is_placing = true;
+  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("50.0 s at most  "), 0U);
+}
+
 TEST(RunLine, BeginsWithALimitThatIsNear) {
   RunProgress progress = in_mid_stroke();
   progress.travel_percent = 91.0;

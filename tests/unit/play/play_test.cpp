@@ -217,6 +217,26 @@ TEST_F(Play, EndsInVirtualTimeWhenTheRowsThatAreToBeJudgedCannotBeWritten) {
   EXPECT_EQ(play::play(*rig, machine, judged, stop_).report.outcome, Outcome::write_failed);
 }
 
+TEST_F(Play, EndsInVirtualTimeOnAStopWhileARepetitionIsJudged) {
+  class StopsInstead final : public EarlyEnd {
+   public:
+    explicit StopsInstead(acquisition::StopRequest& stop) : stop_(stop) {}
+
+   private:
+    void note(int) override { stop_.request(); }
+
+    acquisition::StopRequest& stop_;
+  } judge(stop_);
+  set_duration(2.0);
+  experiment_.repetitions = 10;
+  PlayRequest judged = request();
+  judged.early_end = &judge;
+  const auto rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
+  acquisition::StateMachine machine;
+  ASSERT_TRUE(machine.reset() && machine.arm());
+  EXPECT_EQ(play::play(*rig, machine, judged, stop_).report.outcome, Outcome::interrupted);
+}
+
 /// A disk of 20 MB, for root only.
 class SmallDisk {
  public:
