@@ -38,10 +38,6 @@ std::optional<config::RigConfig> known_rig_of(const fs::path& run) {
   return rig;
 }
 
-double map_error_of(const ident::Model& model) {
-  return model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
-}
-
 static_assert(ident::kNotedShift_V <= config::kSameValve_V, "a shift that explains a difference has its note");
 
 }  // namespace
@@ -76,7 +72,7 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
 }
 
 bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
-  const double shift_V = tune::shift_beyond_V(map_error_of(model));
+  const double shift_V = tune::shift_beyond_V(ident::reported_map_error(model));
   return config::is_of_one_valve({model.input_map->null, model.input_map->dead_band}, sheet.zone, {shift_V, shift_V});
 }
 
@@ -84,7 +80,7 @@ FoundValve valve_of_model(const ident::Model& model, const std::string& name, co
   return {.zone = {model.input_map->null, model.input_map->dead_band},
           .source = name,
           .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml",
-          .map_error_V = map_error_of(model),
+          .map_error_V = ident::reported_map_error(model),
           .note = ident::map_note(model)};
 }
 
@@ -104,9 +100,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   if (agreement == tune::FollowingAgreement::one_valve) {
     if (!found.note.empty()) {
       console.info(
-          fmt::format("the rod moves within the dead band of {}, as where oil leaks past the piston or friction "
-                      "bends the edges; [following] of {} has the same null and dead band all the same",
-                      found.source, rig.file_name));
+          fmt::format("of {}: {}; [following] of {} has the same null and dead band all the same", found.source,
+                      found.note, rig.file_name));
     }
     return false;
   }

@@ -59,6 +59,15 @@ bool moves_rarely(const config::PreparedExperiment& experiment) {
   return !was_moving && moves < kFewMoves;
 }
 
+/// The greatest distance of the volts from the valve's null, where most of it is its dead band.
+std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,
+                                             const config::RigConfig& rig) {
+  constexpr double kLittle = 3.0;  // of the dead band
+  if (!rig.limits.following || experiment.table_V.size() == 0) return std::nullopt;
+  const double reach_V = (experiment.table_V.array() - rig.limits.following->null_V).abs().maxCoeff();
+  return reach_V < kLittle * rig.limits.following->dead_band_V ? std::optional(reach_V) : std::nullopt;
+}
+
 bool passes(const std::optional<Rehearsal>& rehearsal) {
   return !rehearsal || rehearsal->chance_of_trip < kWarnedChanceOfTrip;
 }
@@ -121,14 +130,19 @@ std::optional<NextExperiment> longer_experiment(const Source& source) {
     const std::optional<config::RigConfig> rig = rig_of(source);
     const auto same = rig ? std::optional(prepared(next.text, *rig)) : std::nullopt;
     const bool is_allowed = !same || passes(rehearsed(*same, *rig));
-    if (same && (!is_allowed || moves_rarely(*same))) {
+    const auto weak_V = same ? reach_within_dead_band(*same, *rig) : std::nullopt;
+    if (same && (!is_allowed || weak_V || moves_rarely(*same))) {
       config::ExperimentConfig longer = experiment;
       longer.text = next.text;
       next.text = text_with_tones(longer, *rig);
       if (next.text.empty()) return {};
-      next.reason = fmt::format(
-          "a multisine moves the input all the time, and in the rehearsal it stays clear of the rig's limits{}",
-          is_allowed ? "" : ", which the same experiment with more repetitions does not");
+      next.reason =
+          weak_V ? fmt::format("the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V: "
+                               "greater tones move the rod, and in the rehearsal stay clear of the rig's limits",
+                               *weak_V, rig->limits.following->dead_band_V)
+                 : fmt::format("a multisine moves the input all the time, and in the rehearsal it stays clear of the "
+                               "rig's limits{}",
+                               is_allowed ? "" : ", which the same experiment with more repetitions does not");
     }
     const auto read = config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);
     if (read.repetitions != repetitions) return {};

@@ -78,8 +78,8 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
     pairs.push_back(std::move(pair));
   };
   using Role = ident::ParameterRole;
-  const double map_error = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
-  const double rounding = std::max(kRoundedCorner * model.input_map->dead_band, ident::kShiftOverMapError * map_error);
+  const double rounding = std::max(kRoundedCorner * model.input_map->dead_band,
+                                   ident::kShiftOverMapError * ident::reported_map_error(model));
   add({.name = "null", .unit = model.input_unit, .rounding = rounding, .is_null = true},
       by_model(model, Role::valve_null), sheet("null_V"), sheet("null_uncertainty_V"));
   auto dead_band = sheet("dead_band_V");
@@ -127,6 +127,7 @@ std::string differ_text(const Pair& pair) {
 }  // namespace
 
 std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const ident::Model& model) {
+  if (model.input_map && ident::is_one_way(*model.input_map)) return std::nullopt;
   const std::vector<Pair> pairs = pairs_of(subject, model);
   if (pairs.empty()) return std::nullopt;
   SheetComparison result;

@@ -71,8 +71,8 @@ double noise_in(const ident::Model& model, const config::RigConfig& rig, const T
 /// [following] does not contradict the record.
 bool is_map_doubtful(const ident::Model& model, const config::Following& following) {
   if (!model.input_map) return false;
-  const double map_error_V = model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
-  switch (agreement_of(following, {model.input_map->null, model.input_map->dead_band}, map_error_V)) {
+  const ident::ValveMap& map = *model.input_map;
+  switch (agreement_of(following, {map.null, map.dead_band}, ident::reported_map_error(model))) {
     case FollowingAgreement::one_valve:
       return ident::map_shift(model).has_value();
     case FollowingAgreement::within_map_error:

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
@@ -96,12 +97,30 @@ std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, con
   return greatest;
 }
 
+bool is_one_way(const ValveMap& map) {
+  constexpr double kShut = 0.05;  // of the other direction's gain
+  const double ratio = std::abs(map.negative_gain_ratio);
+  return ratio < kShut || ratio > 1.0 / kShut;
+}
+
+double reported_map_error(const Model& model) {
+  if (model.input_map && is_one_way(*model.input_map)) return std::numeric_limits<double>::infinity();
+  return model.validation ? model.validation->map_error.value_or(0.0) : 0.0;
+}
+
 std::optional<double> map_shift(const Model& model) {
   const double shift = shift_of(model);
   return is_doubtful(model, shift) ? std::optional(shift) : std::nullopt;
 }
 
 std::string map_note(const Model& model) {
+  if (model.input_map && is_one_way(*model.input_map)) {
+    const bool is_up = std::abs(model.input_map->negative_gain_ratio) < 1.0;
+    return fmt::format(
+        "the record moved the output in one direction only: of the dead band it shows the edge at {:.3g}{}, and null and "
+        "half dead band of the fit are not the valve's",
+        is_up ? upper_edge(*model.input_map) : lower_edge(*model.input_map), after_number(model.input_unit));
+  }
   const double shift = shift_of(model);
   if (!is_doubtful(model, shift) && !(model.input_unit == "V" && shift > kNotedShift_V)) return {};
   return fmt::format(

@@ -21,6 +21,13 @@ namespace eha::ident {
 [[nodiscard]] std::optional<double> map_error(const Model& model, OutputOnRecord& outputs,
                                               const Eigen::VectorXd& residual);
 
+/// Whether a map lets its input through in one direction only, as that of a record which reached one edge of the dead
+/// band: that edge is known, null and half dead band are not.
+[[nodiscard]] bool is_one_way(const ValveMap& map);
+
+/// The error of a model's map by its report; 0 where it has none, infinite where the map is one-way [input unit].
+[[nodiscard]] double reported_map_error(const Model& model);
+
 /// Null and dead band of a fit may be off by this many times that error, see MapError in the tests.
 inline constexpr double kShiftOverMapError = 2.0;
 
@@ -29,8 +36,8 @@ inline constexpr double kShiftOverMapError = 2.0;
 inline constexpr double kNotedShift_V = 0.03;
 
 /// What the error of a model's map means: that the rod moves within the dead band, and by how much null and half dead
-/// band of the fit may be off the valve's. No capital and no point. Empty where the map fits: for a shift of at most
-/// kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
+/// band of the fit may be off the valve's; or that the map is one-way. No capital and no point. Empty where the map
+/// fits: for a shift of at most kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
 [[nodiscard]] std::string map_note(const Model& model);
 
 /// Returns how far null and dead band of a model may be off the valve's, whatever their intervals say [input unit].

@@ -99,6 +99,25 @@ TEST(LongerExperiment, IsAMultisineThatTheRehearsalPassesInPlaceOfAStep) {
   EXPECT_FALSE(longer_experiment(source));
 }
 
+TEST(LongerExperiment, HasGreaterTonesWhereTheVoltsHardlyLeaveTheDeadBand) {
+  std::string weak =
+      "schema = 1\nname = \"weak\"\nduration_s = 20.0\n[excitation]\nkind = \"sine\"\noffset_V = -0.2\n"
+      "tones = [{ frequency_Hz = 0.2, amplitude_V = 0.3 }]\n[record]\ndecimation = 10\n";
+  Source source = source_with(weak);
+  source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  const auto next = longer_experiment(source);
+  ASSERT_TRUE(next);
+  EXPECT_EQ(next->reason.rfind("the volts went 0.3 V from the valve's null, of which its dead band takes 0.2 V", 0), 0U)
+      << next->reason;
+  const config::RigConfig rig = config::parse_rig(source.rig_text, "rig.toml");
+  EXPECT_GT(config::parse_prepared_experiment(next->text, "next.toml", rig).table_V.maxCoeff(), 1.0);
+  weak.replace(weak.find("amplitude_V = 0.3"), 17, "amplitude_V = 0.7");
+  source.experiment = config::parse_experiment(weak, "e.toml");
+  const auto same = longer_experiment(source);
+  ASSERT_TRUE(same);
+  EXPECT_NE(same->text.find("amplitude_V = 0.7"), std::string::npos) << same->text;
+}
+
 TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {
   std::string many = kExperiment;
   many.replace(many.find("# repetitions = 9"), 17, "repetitions = 9");

@@ -93,5 +93,21 @@ TEST(MapNote, SaysFromWhichShiftOnNullAndDeadBandAreOff) {
   EXPECT_NE(map_note(model).find("may be up to 0.14 mA off"), std::string::npos) << map_note(model);
 }
 
+TEST(MapNote, KnowsOneEdgeOnlyOfAMapThatIsShutInOneDirection) {
+  Model model;
+  model.input_unit = "V";
+  model.validation.emplace();
+  model.input_map = ValveMap{.null = -0.065, .dead_band = 0.02, .negative_gain_ratio = -0.03};
+  EXPECT_NE(map_note(model).find("in one direction only: of the dead band it shows the edge at -0.045 V"),
+            std::string::npos)
+      << map_note(model);
+  EXPECT_TRUE(std::isinf(reported_map_error(model)));
+  model.input_map->negative_gain_ratio = 30.0;
+  EXPECT_NE(map_note(model).find("the edge at -0.085 V"), std::string::npos) << map_note(model);
+  model.input_map->negative_gain_ratio = 0.3;  // a cylinder with one rod
+  EXPECT_EQ(map_note(model), "");
+  EXPECT_EQ(reported_map_error(model), 0.0);
+}
+
 }  // namespace
 }  // namespace eha::ident
