@@ -22,6 +22,8 @@ namespace eha::delays {
 
 /// Whether a thread is the rig's guard, which runs above the loop on purpose and needs little time.
 inline constexpr std::string_view kGuard = "eha-safe";
+/// The thread of a loop: another process's is that of the service, which is to have its place.
+inline constexpr std::string_view kLoop = "eha-loop";
 
 inline constexpr std::string_view kHalvesRemedy = "echo off | sudo tee /sys/devices/system/cpu/smt/control";
 

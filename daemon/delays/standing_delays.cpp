@@ -89,8 +89,8 @@ void add_kernel_work(const fs::path& root, int cpu, std::vector<Delay>& delays) 
 void add_rivals(const Counters& now, const LoopThread& loop, std::vector<Delay>& delays) {
   for (const auto& [tid, thread] : now.realtime_threads) {
     const bool is_kernels = thread.parent == kKernelThreads || thread.process == kKernelThreads;
-    if (is_kernels || thread.name == kGuard || thread.process == loop.process || thread.priority < loop.priority)
-      continue;
+    const bool is_ours = thread.name == kGuard || thread.name == kLoop || thread.process == loop.process;
+    if (is_kernels || is_ours || thread.priority < loop.priority) continue;
     delays.push_back({"priority",
                       fmt::format("thread {} \"{}\" has real-time priority {}, the loop {}", tid, thread.name,
                                   thread.priority, loop.priority),

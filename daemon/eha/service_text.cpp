@@ -105,11 +105,23 @@ std::string cut_to_width(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "...";
 }
 
+/// What an experiment waits for, and why; empty: no reason is known.
+struct Wait {
+  std::string command;
+  std::string why;
+};
+
+Wait parts_of(const std::string& waits_for) {
+  const std::size_t colon = waits_for.find(": ");
+  if (colon == std::string::npos) return {waits_for, {}};
+  return {waits_for.substr(0, colon), waits_for.substr(colon + 2)};
+}
+
 /// The result of an experiment, or what it waits for, in a few words; the first word of a fault is its cause.
 std::string short_text(const Json& entry) {
   const std::string state = entry.at("state");
   if (state == "running") return {};
-  if (state == "waiting" || state == "held") return "waits for " + entry.value("waits_for", "");
+  if (state == "waiting" || state == "held") return "waits for " + parts_of(entry.value("waits_for", "")).command;
   if (state == "fitting" && entry.contains("fitting_s")) {
     return fmt::format("for {} so far", duration_text(entry.at("fitting_s").get<double>()));
   }
@@ -167,7 +179,14 @@ std::string queue_table(const Json& entries) {
     row.erase(row.end() - 2);
   }
   columns.push_back({"run and result"});
-  return text_table(columns, rows);
+  std::string table = text_table(columns, rows);
+  for (const Json& entry : entries) {
+    if (entry.at("state") != "held") continue;
+    const Wait wait = parts_of(entry.value("waits_for", ""));
+    if (!wait.why.empty())
+      table += fmt::format("{} is held: {}\n", entry.at("entry").get<std::int64_t>(), wait.why);
+  }
+  return table;
 }
 
 }  // namespace eha::cli

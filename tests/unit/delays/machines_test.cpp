@@ -139,6 +139,16 @@ TEST(IsolatedRig, SawTheThreadOfHigherPriorityOnItsProcessor) {
   EXPECT_EQ(names(seen(machine, kBound, uses(50, 1, 300))), Names{}) << "the loop comes first";
 }
 
+TEST(IsolatedRig, LeavesTheServicesOwnLoopItsPriority) {
+  const Machine machine;
+  make_rig(machine);
+  machine.thread(700, 701, "eha-loop", 80, 1, 100);
+  EXPECT_EQ(names(standing(machine, kBound)), Names{});
+  const auto delays = seen(machine, kBound, [&] { machine.thread(700, 701, "eha-loop", 80, 1, 400); });
+  ASSERT_EQ(delays.size(), 1U);
+  EXPECT_NE(delays[0].remedy.find("[realtime] of one rig file"), std::string::npos) << delays[0].remedy;
+}
+
 TEST(IsolatedRig, ShowsThreadsThatANameMayHideAsPrintable) {
   const Machine machine;
   make_rig(machine);

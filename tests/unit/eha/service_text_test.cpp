@@ -79,7 +79,9 @@ TEST(QueueTable, FitsAHundredColumnsAndMarksTheOneThatIsPlayed) {
   EXPECT_NE(table.find("\n   > 4  sweeping"), std::string::npos) << table;
   EXPECT_EQ(table.find('>'), table.rfind('>')) << table;
   EXPECT_NE(table.find(run + "  completed, 2 accepted\n"), std::string::npos) << table;
-  EXPECT_NE(table.find("waits for eha arm, then eha queue release 5: the ...\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("waits for eha arm, then eha queue release 5\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("\n5 is held: the rig was disarmed before it began: by somebody else\n"), std::string::npos)
+      << table;
   EXPECT_EQ(table.find("stop request"), std::string::npos) << table;
 }
 
