@@ -110,11 +110,12 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
   return changes;
 }
 
-/// Returns the first row of the sweep; the number of rows if there is none.
-std::size_t sweep_begin(const TrackRows& rows, const ident::TrialMotion& motion) {
+/// Returns the first row of the sweep; none without a whole one.
+std::optional<std::size_t> sweep_begin(const TrackRows& rows, const ident::TrialMotion& motion,
+                                       const ident::MarginSweep& sweep) {
   std::size_t first = 0;
   while (first < rows.rod_in.size() && motion.part(first + 1) != ident::TrialMotion::Part::sweep) ++first;
-  return first;
+  return first + sweep.rows() <= rows.rod_in.size() ? std::optional(first) : std::nullopt;
 }
 
 /// Returns the margins from the sweep's ways, whose rows begin at `first`, in the direction of smaller phase margin.
@@ -273,6 +274,11 @@ TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig&
   const std::size_t width = mean_width(c.settings.tick_s);
   result.mean_reference_in = means(rows.reference_in, width);
   result.mean_rod_in = means(rows.rod_in, width);
+  if (const auto& sweep = experiment.tracking()->track.plan.sweep; sweep && !is_own) {
+    if (const auto first = sweep_begin(rows, motion, *sweep)) {
+      result.sweep_s = {rows.time_s[*first], rows.time_s[*first + sweep->rows() - 1]};
+    }
+  }
   return result;
 }
 
@@ -320,10 +326,8 @@ TrackResult track_result(const std::filesystem::path& folder) {
   if (is_own) result.figures.resize(2);
   if (experiment.tracking()->track.plan.sweep && !is_own) {
     const ident::MarginSweep& sweep = *experiment.tracking()->track.plan.sweep;
-    const std::size_t first = sweep_begin(rows, motion);
-    if (first + sweep.rows() <= rows.time_s.size()) {
-      result.sweep_s = {rows.time_s[first], rows.time_s[first + sweep.rows() - 1]};
-      result.margins = margins_of(rows, first, sweep, c.settings, result.margins_retracting);
+    if (const auto first = sweep_begin(rows, motion, sweep)) {
+      result.margins = margins_of(rows, *first, sweep, c.settings, result.margins_retracting);
     }
   }
   if (result.margins) {

@@ -111,6 +111,8 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
   const Json result = Json::parse(content_of(track_run() / "track.json"));
   EXPECT_TRUE(result.at("kept").get<bool>());
   EXPECT_TRUE(result.at("changes").empty()) << result.at("changes");
+  const Ended plot = run_eha({"plot", track_run()}, folder_->path());
+  EXPECT_NE(plot.out.find("the sweep for the margins"), std::string::npos) << plot.out << plot.err;
 }
 
 TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
