@@ -22,6 +22,7 @@
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {

@@ -148,11 +148,12 @@ std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, s
   return all;
 }
 
-/// Whether the inputs differ at the times that both records have.
+/// Whether the inputs differ at the times that both records have; false where their rows never coincide.
 bool has_other_input(const ident::Record& a, const ident::Record& b) {
   const double step_s = std::max(a.step_s, b.step_s);
   const Eigen::Index every_a = times(step_s, a.step_s);
   const Eigen::Index every_b = times(step_s, b.step_s);
+  if (every_a == 0 || every_b == 0) return false;
   const Eigen::Index shared = std::min(a.input.size() / every_a, b.input.size() / every_b);
   double moved = 0.0;
   for (Eigen::Index i = 0; i < shared; ++i) {
