@@ -104,7 +104,6 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
                        const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
                        const std::optional<std::filesystem::path>& on_service, Console& console) {
-  judge_travel(rehearsal, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
   document["duration_s"] = experiment.duration_s * experiment.repetitions;
@@ -211,7 +210,10 @@ ExitCode execute(const CheckCommand& command, Console& console) {
         service->is_moving && !command.place ? ", as a run is on and moves it; --at PLACE names another place" : ""));
   }
   require_within_travel(prepared.config, rig, *place_in, command.file, console);
-  report_experiment(command, prepared.config, rig, rehearse(prepared, rig, *place_in), on_service, console);
+  const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
+  judge_travel({prepared, rig, *place_in, rehearsal}, command.file,
+               command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
+  report_experiment(command, prepared.config, rig, rehearsal, on_service, console);
   return ExitCode::ok;
 }
 

@@ -19,6 +19,21 @@ constexpr double kSurelyEnough_rows = 1e6;
 /// Too small for an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
 
+/// The move to mid-travel from where the experiment stays clear of the limits; empty where none helps, or where the
+/// experiment moves the rod to its own start.
+std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) {
+  const config::Played* played = rehearsed.experiment.config.played();
+  if (played == nullptr || played->start) return {};
+  const config::RigLimits& limits = rehearsed.rig.limits;
+  const double middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
+  const std::optional<Rehearsal> from_middle = rehearse(rehearsed.experiment, rehearsed.rig, middle_in);
+  if (!from_middle || from_middle->chance_of_trip >= kWarnedChanceOfTrip) return {};
+  const DisplayUnit unit = console.unit(rehearsed.rig.units);
+  return fmt::format("the rod stands at {:.3f} {}, and from mid-travel the experiment stays clear of them: `{}` first",
+                     unit.factor("in") * rehearsed.place_in, unit.of("in"),
+                     goto_middle({limits.travel_min_in, limits.travel_max_in}, unit));
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
@@ -55,13 +70,16 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
                      factor * rehearsal.drift_in_per_s, unit.of("in"), remedy);
 }
 
-void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
+void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                   const Console& console) {
+  const std::optional<Rehearsal>& rehearsal = rehearsed.rehearsal;
   if (!rehearsal || rehearsal->chance_of_trip < kWarnedChanceOfTrip) return;
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
+  const std::string move = move_that_helps(rehearsed, console);
   const std::string remedy =
-      rehearsal->still_offset_V
+      !move.empty() ? move
+      : rehearsal->still_offset_V
           ? fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *rehearsal->still_offset_V)
           : "lower the amplitudes, shorten the experiment, move [start] so that there is room, or add [hold]";
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
@@ -110,10 +128,12 @@ void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const con
                   experiment_file, rig.file_name));
 }
 
-void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
-                      const std::string& experiment_file, TravelRisk risk, const Console& console) {
-  if (rehearsal) console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsal, rig, console)));
-  judge_travel(rehearsal, experiment_file, risk, console);
+void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
+                      const Console& console) {
+  if (rehearsed.rehearsal) {
+    console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsed.rehearsal, rehearsed.rig, console)));
+  }
+  judge_travel(rehearsed, experiment_file, risk, console);
 }
 
 void explain_trip(const std::string& run_folder, const Console& console) {

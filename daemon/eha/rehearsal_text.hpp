@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "config/prepared_experiment.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/rehearsal/rehearsal.hpp"
 
@@ -22,9 +23,18 @@ namespace eha::cli {
 /// Returns advice for an experiment that probably reaches a limit.
 enum class TravelRisk { refuse, accept };
 
-/// Warns if one draw in twenty reaches a limit; nothing if the experiment could not be rehearsed.
+/// A rehearsed experiment, and where the rod stands before it.
+struct Rehearsed {
+  const config::PreparedExperiment& experiment;
+  const config::RigConfig& rig;
+  double place_in;
+  const std::optional<Rehearsal>& rehearsal;
+};
+
+/// Warns if one draw in twenty reaches a limit, with what helps: a move to mid-travel where the experiment stays clear
+/// from there. Nothing if the experiment could not be rehearsed.
 /// @throws ConfigError  half of the draws do, and the risk is not accepted
-void judge_travel(const std::optional<Rehearsal>& rehearsal, const std::string& experiment_file, TravelRisk risk,
+void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
 
 /// Refuses to play from beyond a travel limit, from where only a move to a place is allowed.
@@ -41,8 +51,8 @@ void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const con
                            const std::string& experiment_file, const Console& console);
 
 /// Prints the result of the rehearsal and judges it, before a run. @throws ConfigError  as judge_travel
-void report_rehearsal(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig,
-                      const std::string& experiment_file, TravelRisk risk, const Console& console);
+void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
+                      const Console& console);
 
 /// Reports the drift, and the offset that stops it, for a run that reached a limit, from the files in its folder;
 /// nothing if they do not determine it.

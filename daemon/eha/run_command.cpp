@@ -294,7 +294,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
   warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
-  report_rehearsal(rehearsal, rig, file, risk, console);
+  report_rehearsal({planned.experiment, rig, start_of(rig), rehearsal}, file, risk, console);
   planned.margin_in = margin_of(rehearsal, rig);
   return planned;
 }

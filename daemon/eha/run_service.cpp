@@ -167,7 +167,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     return;
   }
   require_within_travel(prepared->config, *rig, place_in, file.name, console);
-  report_rehearsal(rehearsal, *rig, file.name, risk, console);
+  report_rehearsal({*prepared, *rig, place_in, rehearsal}, file.name, risk, console);
 }
 
 std::vector<ExperimentFile> files_of(const RunCommand& command) {

@@ -91,16 +91,21 @@ RigKeeper::Config RigKeeper::config_of_next_run() const {
 void RigKeeper::rod_is_at(double displacement_in) {
   if (moves_machine()) return;
   placed_in_ = displacement_in;
+  rod_.moved_to(displacement_in);
   ++reopening_;
-  thread_->ask([this, config = config_of_next_run()] { open(*config); },
-               [this](std::future<void> opened) {
-                 --reopening_;
-                 try {
-                   opened.get();
-                 } catch (const Error& error) {
-                   spdlog::error("{}", error.what());
-                 }
-               });
+  thread_->ask(
+      [this, config = config_of_next_run()] {
+        open(*config);
+        read_idle_rig();
+      },
+      [this](std::future<void> opened) {
+        --reopening_;
+        try {
+          opened.get();
+        } catch (const Error& error) {
+          spdlog::error("{}", error.what());
+        }
+      });
 }
 
 void RigKeeper::read_idle_rig() {

@@ -65,6 +65,14 @@ void RodView::add(const hal::RigReading& reading) {
   error_.clear();
 }
 
+void RodView::moved_to(double displacement_in) {
+  const std::lock_guard lock(mutex_);
+  if (added_ == 0) return;
+  last_.displacement_in = displacement_in;
+  positions_in_[0] = displacement_in;
+  added_ = 1;
+}
+
 void RodView::fail(hal::RigStatus status) {
   const std::lock_guard lock(mutex_);
   added_ = 0;

@@ -22,6 +22,8 @@ class RodView {
   /// Resets the view for a newly opened rig.
   void begin(const hal::RigCapabilities& rig);
   void add(const hal::RigReading& reading);
+  /// Replaces the place of the last reading, and forgets the earlier ones: a run has moved the rod there.
+  void moved_to(double displacement_in);
   /// Reports that the rig could not be read.
   void fail(hal::RigStatus status);
 

@@ -51,6 +51,18 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
 }
 
+TEST(Rehearsal, NamesTheMoveToMidTravelWhereThatIsAllThatIsMissing) {
+  const TemporaryFolder folder;
+  const Ended far = run_eha({"check", source_file("config/experiments/paper.toml"), "--rig",
+                             source_file("config/rigs/sim.toml"), "--at", "5in"},
+                            folder.path());
+  EXPECT_EQ(far.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_NE(far.err.find("the rod stands at 5.000 in, and from mid-travel the experiment stays clear of them: `eha goto "
+                         "2.95in` first"),
+            std::string::npos)
+      << far.err;
+}
+
 TEST(Rehearsal, SaysWhatToDoWithTheDriftOfTheShippedPair) {
   const TemporaryFolder folder;
   const Ended checked =

@@ -87,6 +87,18 @@ TEST(RodView, MeasuresTheSensorsNoiseAlsoWhileTheRodCreeps) {
   EXPECT_NEAR(sum / kTrials, kNoise_in, 0.05 * kNoise_in);
 }
 
+TEST(RodView, IsWhereARunHasMovedTheRodBeforeTheNextReading) {
+  RodView view;
+  view.begin({});
+  for (int i = 0; i < 20; ++i) view.add(reading_at(1.0));
+  view.moved_to(4.5);
+  auto rod = view.describe(limits_between(0.0, 6.0));
+  EXPECT_DOUBLE_EQ(rod.at("displacement_in").get<double>(), 4.5);
+  for (int i = 0; i < 20; ++i) view.add(reading_at(4.5));
+  rod = view.describe(limits_between(0.0, 6.0));
+  EXPECT_DOUBLE_EQ(rod.at("noise_in").get<double>(), 0.0) << "the way is no noise";
+}
+
 TEST(RodView, WarnsFromEightyPercentOfTheWayToALimit) {
   const config::RigLimits limits = limits_between(0.0, 6.0);
   RodView view;
