@@ -77,10 +77,11 @@ struct TuneCommand {
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
   std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: kTrackMargin or kHoldMargin
-  std::optional<std::string> rig_file = {};      ///< none: that of the model's run, else default_rig_file()
-  std::optional<std::string> twin_file = {};     ///< rig file of a simulated rig
-  std::optional<std::string> sheet_run = {};     ///< run of [characterise]
-  std::optional<double> tick_s = {};             ///< none: the rig's
+  std::optional<std::string> rig_file =
+      {};  ///< none: default_rig_file() of the rig of the model's run, else that of the run
+  std::optional<std::string> twin_file = {};  ///< rig file of a simulated rig
+  std::optional<std::string> sheet_run = {};  ///< run of [characterise]
+  std::optional<double> tick_s = {};          ///< none: the rig's
   std::filesystem::path output = "controller.toml";
 };
 
@@ -142,13 +143,12 @@ bool is_one_rig(const config::RigConfig& a, const config::RigConfig& b) {
   return a.name == b.name && (sim_a == nullptr) == (sim_b == nullptr) && (sim_a == nullptr || *sim_a == *sim_b);
 }
 
-/// Finds the rig file: the named one, that of the run which the model is from, or the default one. With a valve sheet
-/// the rig file of the run may be from before its numbers: the default one counts if it is of the same rig.
+/// Finds the rig file: the named one, or that of the run which the model is from. The default one counts instead if it
+/// is of the same rig: limits and [following] may have changed since, and the loop runs with them as they are now.
 fs::path rig_path(const TuneCommand& command, const ident::Model& model, const Console& console) {
   if (command.rig_file) return *command.rig_file;
   const std::optional<fs::path> run = run_of(command, model);
   if (!run) return load_rig_or_default(std::nullopt).file_name;
-  if (!command.sheet_run) return *run;
   try {
     const config::RigConfig before = rig_of(*run);
     const config::RigConfig now = load_rig_or_default(std::nullopt);
@@ -439,7 +439,9 @@ void add_tune(CLI::App& app, ParsedLine& line) {
       ->type_name("M")
       ->check(finite_number("a number from 1.1 to 3", [](double m) { return m >= 1.1 && m <= 3.0; }));
   sub->add_option("--rig", command.rig_file,
-                  "Rig file whose limits and sensor apply (default that of the model's run, else as `eha run --local`)")
+                  "Rig file whose limits and sensor apply (default as `eha run --local` for the rig of the model's "
+                  "run, else the "
+                  "run's own)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
   takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"),
