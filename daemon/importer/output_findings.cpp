@@ -211,15 +211,16 @@ Motion motion_by_input(const std::vector<double>& input, const std::vector<doubl
 /// Stretches over which the output stands at its greatest or least value while the input asks it to go on, and shorter
 /// ones at the same end.
 std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vector<double>& output) {
-  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
-  const double range = *greatest - *least;
+  const double least = *std::min_element(output.begin(), output.end());
+  const double greatest = *std::max_element(output.begin(), output.end());
+  const double range = greatest - least;
   const std::size_t window = std::max(kClippedTogether, output.size() / kRoughPlaces);
   // Of the least value the noise makes the outermost of many.
   const double band = std::clamp(kBandOverUsual * scale_of(output).usual, kBesideEnd * range, kWidestEndBand * range);
   const auto shortest =
       std::max(kFrozenRows, static_cast<std::size_t>(kClippedShare * static_cast<double>(output.size())));
   const auto at_end = [&](double side) {
-    const double extreme = side > 0.0 ? *greatest : *least;
+    const double extreme = side > 0.0 ? greatest : least;
     std::vector<std::size_t> at;
     for (std::size_t k = 0; k < output.size(); ++k) {
       if (side * (extreme - output[k]) <= band) at.push_back(k);

@@ -117,7 +117,6 @@ AliasSum::AliasSum(double sigma, double step_s, double band, double accuracy)
 }
 
 AliasSum::Side AliasSum::make_side(const Contour& contour, double direction) const {
-  const auto& [sigma, step_s, band, gauss_node, gauss_weight, quadrature_step] = contour;
   Side side;
   struct Point {
     Complex offset;
@@ -129,10 +128,10 @@ AliasSum::Side AliasSum::make_side(const Contour& contour, double direction) con
     const std::size_t first = side.offsets.size();
     for (const Point& point : points) side.offsets.push_back(point.offset);
     for (std::size_t m = 0; m < nodes; ++m) {
-      const Complex node(sigma, band * std::cos(chebyshev_angle(m, nodes)));
+      const Complex node(contour.sigma, contour.band * std::cos(chebyshev_angle(m, nodes)));
       for (std::size_t k = 0; k < points.size(); ++k) {
         const Complex p = node + points[k].offset;
-        side.points.add(p.real() / step_s, p.imag() / step_s);
+        side.points.add(p.real() / contour.step_s, p.imag() / contour.step_s);
         side.nodes.push_back({first + k, points[k].weight / p});
       }
     }
@@ -145,14 +144,14 @@ AliasSum::Side AliasSum::make_side(const Contour& contour, double direction) con
   std::vector<Point> tail;
   const Complex i(0.0, 1.0);
   const Complex start = turns(kTailStart);
-  for (double t = kQuadratureFirst; t <= kQuadratureLast; t += quadrature_step) {
+  for (double t = kQuadratureFirst; t <= kQuadratureLast; t += contour.quadrature_step) {
     const double r = std::abs(start) * std::exp(0.5 * pi * std::sinh(t));
-    const double slope = r * 0.5 * pi * std::cosh(t) * quadrature_step;
+    const double slope = r * 0.5 * pi * std::cosh(t) * contour.quadrature_step;
     tail.push_back({start + direction * r, direction * slope / (2.0 * pi * i)});
   }
-  for (std::size_t j = 0; j < gauss_node.size(); ++j) {
-    const double y = gauss_node[j];
-    const Complex weight = i * gauss_weight[j] * std::exp(-pi * y);
+  for (std::size_t j = 0; j < contour.gauss_node.size(); ++j) {
+    const double y = contour.gauss_node[j];
+    const Complex weight = i * contour.gauss_weight[j] * std::exp(-pi * y);
     tail.push_back({start + 2.0 * pi * y, weight});
     tail.push_back({start - 2.0 * pi * y, -weight});
   }
