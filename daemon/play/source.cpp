@@ -6,13 +6,16 @@
 #include <variant>
 
 #include "config/characterisation.hpp"
+#include "config/measured_check.hpp"
 #include "config/prepared_experiment.hpp"
 #include "daemon/place/centring_source.hpp"
 #include "daemon/place/exploring_source.hpp"
 #include "daemon/place/hold_source.hpp"
 #include "daemon/place/place_source.hpp"
 #include "daemon/place/pressure_source.hpp"
+#include "daemon/place/showing_source.hpp"
 #include "daemon/track/track_source.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::play {
 namespace {
@@ -37,6 +40,14 @@ std::unique_ptr<CommandSource> under_pressure(const PlayRequest& request, std::u
   const auto& following = request.rig.limits.following;
   if (!following || !(following->pressure_delay_s > 0.0)) return source;
   return std::make_unique<place::PressureSource>(*following, request.rig.realtime.sample_period_s, std::move(source));
+}
+
+/// Moves the rod a little and back before `source`, where nothing shows that the numbers of [following], by which its
+/// volts are chosen, were measured on this machine.
+std::unique_ptr<CommandSource> shown(const PlayRequest& request, std::unique_ptr<CommandSource> source) {
+  if (!hal::moves_machine(request.rig.backend) || config::is_as_measured(request.rig)) return source;
+  return std::make_unique<place::ShowingSource>(request.rig.limits, request.rig.realtime.sample_period_s,
+                                                std::move(source));
 }
 
 std::unique_ptr<CommandSource> table_of(const config::Played& played, const PlayRequest& request) {
@@ -71,8 +82,9 @@ std::unique_ptr<CommandSource> source_of(const config::SheetRun& sheet, const Pl
     return std::make_unique<place::ExploringSource>(request.table_V, config::characterisation_plan(request.rig),
                                                     centring, limits, request.rig.realtime.sample_period_s);
   }
-  return started(request, sheet.start ? sheet.start->displacement_in : centring.middle_in,
-                 std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request), std::nullopt));
+  return shown(request, started(request, sheet.start ? sheet.start->displacement_in : centring.middle_in,
+                                std::make_unique<place::CentringSource>(request.table_V, centring, monitor_of(request),
+                                                                        std::nullopt)));
 }
 
 std::unique_ptr<CommandSource> source_of(const config::Tracking& tracking, const PlayRequest& request) {
