@@ -32,33 +32,58 @@ class Play {
         limits_(rig.limits),
         ticks_(std::max<Eigen::Index>(1, std::llround(kStep_s / rig.realtime.sample_period_s))),
         tick_s_(rig.realtime.sample_period_s),
-        step_s_(static_cast<double>(ticks_) * tick_s_) {
+        step_s_(static_cast<double>(ticks_) * tick_s_),
+        from_V_(limits_.safe_V),
+        ramp_steps_(
+            1 + static_cast<int>((limits_.command_max_V - limits_.command_min_V) / (limits_.slew_V_per_s * step_s_))) {
     const config::Played* played = experiment.config.played();
-    if (played == nullptr || !played->hold) return;
+    if (played == nullptr) return;
+    // A placing leaves the command at the null.
+    if (played->start && limits_.following) from_V_ = limits_.following->null_V;
+    if (!played->hold) return;
     hold_ = config::hold_law(limits_, played->hold->gain_V_per_in.value_or(config::hold_gains(rig).usual));
   }
 
   [[nodiscard]] Passage on(const config::ValveEstimate& valve, double start_in) const {
     const Eigen::VectorXd& table_V = experiment_.table_V;
-    Passage passage{.lowest_in = start_in, .highest_in = start_in};
-    double place_in = start_in;
+    Rod rod{.passage = {.lowest_in = start_in, .highest_in = start_in}, .place_in = start_in, .command_V = from_V_};
     const double middle_in = hold_ ? start_in - experiment_.predicted_in[0] : 0.0;
-    for (int repetition = 0; repetition < experiment_.config.repetitions && !passage.trips; ++repetition) {
-      for (Eigen::Index k = 0; k < table_V.size() && !passage.trips; k += ticks_) {
-        double command_V = table_V[k];
-        if (hold_) command_V += hold_->correction_V(middle_in + experiment_.predicted_in[k] - place_in);
-        command_V = std::clamp(command_V, limits_.command_min_V, limits_.command_max_V);
-        const double velocity = valve.velocity_in_per_s(command_V);
-        place_in += step_s_ * velocity;
-        passage.lowest_in = std::min(passage.lowest_in, place_in);
-        passage.highest_in = std::max(passage.highest_in, place_in);
-        passage.trips = is_beyond(place_in, velocity);
-      }
+    const auto wanted_V = [&](Eigen::Index k) {
+      const double off_in = hold_ ? middle_in + experiment_.predicted_in[k] - rod.place_in : 0.0;
+      return std::clamp(table_V[k] + (hold_ ? hold_->correction_V(off_in) : 0.0), limits_.command_min_V,
+                        limits_.command_max_V);
+    };
+    for (int i = 0; i < ramp_steps_ && ramps(rod, wanted_V(0)); ++i) move(rod, valve, wanted_V(0));
+    for (int repetition = 0; repetition < experiment_.config.repetitions && !rod.passage.trips; ++repetition) {
+      for (Eigen::Index k = 0; k < table_V.size() && !rod.passage.trips; k += ticks_) move(rod, valve, wanted_V(k));
     }
-    return passage;
+    for (int i = 0; i < ramp_steps_ && ramps(rod, limits_.safe_V); ++i) move(rod, valve, limits_.safe_V);
+    return rod.passage;
   }
 
  private:
+  struct Rod {
+    Passage passage;
+    double place_in = 0.0;
+    double command_V = 0.0;
+  };
+
+  /// Whether a voltage is more than one step away.
+  [[nodiscard]] bool ramps(const Rod& rod, double wanted_V) const {
+    return !rod.passage.trips && std::abs(wanted_V - rod.command_V) > limits_.slew_V_per_s * step_s_;
+  }
+
+  /// One step, in which the command goes towards a voltage at the slew limit.
+  void move(Rod& rod, const config::ValveEstimate& valve, double wanted_V) const {
+    const double most_V = limits_.slew_V_per_s * step_s_;
+    rod.command_V += std::clamp(wanted_V - rod.command_V, -most_V, most_V);
+    const double velocity = valve.velocity_in_per_s(rod.command_V);
+    rod.place_in += step_s_ * velocity;
+    rod.passage.lowest_in = std::min(rod.passage.lowest_in, rod.place_in);
+    rod.passage.highest_in = std::max(rod.passage.highest_in, rod.place_in);
+    rod.passage.trips = is_beyond(rod.place_in, velocity);
+  }
+
   [[nodiscard]] bool is_beyond(double place_in, double velocity) const {
     if (std::abs(velocity) > limits_.velocity_limit_in_per_s) return true;
     const double stopping_in = config::stopping_distance_in(limits_, tick_s_, std::abs(velocity));
@@ -71,6 +96,8 @@ class Play {
   Eigen::Index ticks_;
   double tick_s_;
   double step_s_;
+  double from_V_;   ///< command before the ramp to the first row
+  int ramp_steps_;  ///< most of a ramp
   std::optional<config::HoldLaw> hold_;
 };
 

@@ -33,8 +33,8 @@ struct Rehearsal {
 };
 
 /// Plays an experiment on rods y' = v(u), v the valve of the rig's [following] with null, dead band and gains drawn
-/// from their uncertainty, config::valve_uncertainty(); with [hold] the loop is included. Uses steps of 5 ms; neglects
-/// spool, oil and friction.
+/// from their uncertainty, config::valve_uncertainty(); with [hold] the loop is included, and so are the ramps at the
+/// slew limit before and after the table. Uses steps of 5 ms; neglects spool, oil and friction.
 /// @param start_in  position of the rod; [start] of the experiment takes precedence
 /// @returns none without [following], or if the experiment plays nothing
 /// Cost: 200 draws of 50 s take about 30 ms. Thread-safe; equal arguments give equal results.

@@ -105,6 +105,23 @@ TEST(Rehearsal, BeginsAtTheStartOfTheExperiment) {
   EXPECT_LT(started->highest_in, 4.0);
 }
 
+/// The first volts are reached, and left after the last row, at the slew limit: with a low one the rod goes a long way.
+TEST(Rehearsal, PlaysTheRampsBeforeAndAfterTheTable) {
+  config::RigConfig rig = sim();
+  rig.limits.slew_V_per_s = 2.6;
+  const config::PreparedExperiment steady = config::parse_prepared_experiment(
+      "schema = 1\nname = \"s\"\nduration_s = 2.9\n[excitation]\nkind = \"sine\"\noffset_V = 4.3\n"
+      "tones = [{ frequency_Hz = 0.2, amplitude_V = 1e-6 }]\n[record]\ndiscard_s = 0.0\n",
+      "s.toml", rig);
+  const auto found = rehearse(steady, rig, 2.0);
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const double open_V = 4.3 - valve.null_V - valve.dead_band_V;
+  const double speed = valve.velocity_in_per_s(4.3);
+  const double ramp_in = 0.5 * speed * open_V / 2.6;
+  EXPECT_NEAR(found->highest_in, 2.0 + 2.9 * speed + 2.0 * ramp_in, 0.15);
+  EXPECT_GT(rehearse(steady, rig, 2.95)->chance_of_trip, 0.95);
+}
+
 TEST(Rehearsal, IsNoneWithoutTheValveAndForAPlacing) {
   config::RigConfig unknown = sim();
   unknown.limits.following.reset();
@@ -155,6 +172,7 @@ TEST(Rehearsal, TripsWhereTheMonitorTripsAtEveryTick) {
     for (const double speed : {0.2, 2.0, 4.0}) {
       config::RigConfig rig = sim();
       rig.realtime.sample_period_s = tick_s;
+      rig.limits.slew_V_per_s = 1e6;  // the rod below has its speed at once
       rig.limits.following = config::Following{.gain_positive_in_per_V_s = 0.5,
                                                .gain_negative_in_per_V_s = 0.5,
                                                .null_V = 0.0,
