@@ -47,6 +47,8 @@ constexpr double kLeastGainShare = 0.01;    ///< of the velocity limit, at half 
 /// pinned by slip_campaign_test.cpp.
 constexpr double kLeastUnmeasuredGain_in_per_V_s = 0.05;
 constexpr double kLongestTick_s = 0.05;  ///< reaction time of every check
+/// Reaction time to a loop that stands still; a host that takes processors away needs 0.15 s.
+constexpr double kLongestStall_s = 0.2;
 /// The pulses for a valve that is not known: at 0.05 s they move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in.
 constexpr double kLongestTickOfPulses_s = 0.02;
 
@@ -282,6 +284,12 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
         fmt::format("realtime.sample_period_s = {:g} s: every check acts a tick late; set at most {:g} on a rig that "
                     "moves a machine",
                     rig.realtime.sample_period_s, kLongestTick_s));
+  }
+  if (const auto& stall_s = rig.realtime.stall_limit_s; stall_s && *stall_s > kLongestStall_s) {
+    findings.refusals.push_back(
+        fmt::format("realtime.stall_limit_s = {:g} s: while the loop stands still the rod moves on by up to {:.2g} in "
+                    "before the guard acts; set at most {:g}, or leave it out",
+                    *stall_s, *stall_s * rig.limits.velocity_limit_in_per_s, kLongestStall_s));
   }
   judge_sensor(rig, findings);
   if (config::needs_following(rig) && rig.realtime.sample_period_s > kLongestTickOfPulses_s) {

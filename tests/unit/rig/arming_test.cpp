@@ -308,6 +308,9 @@ TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
   std::string text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.051; });
   EXPECT_NE(text.find("realtime.sample_period_s = 0.051 s"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.05; }), "");
+  text = refusal([](auto& rig) { rig.realtime.stall_limit_s = 1.0; });
+  EXPECT_NE(text.find("realtime.stall_limit_s = 1 s"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.stall_limit_s = 0.2; }), "");
   text = refusal([](auto& rig) { rig.limits.closed_loop_max_V = 5.5; });
   EXPECT_NE(text.find("limits.closed_loop_max_V = 5.5 V"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.limits.closed_loop_max_V = 3.0; }), "");
