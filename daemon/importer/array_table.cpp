@@ -57,7 +57,7 @@ class ArrayTable final : public Table {
     constexpr double kDay_s = 86400.0;
     constexpr double kQuantum_s = 1e-5;  // of days in double precision
     RowClock clock;
-    for (const double days : arrays_[column].values) clock.add(kDay_s * days, kQuantum_s, false);
+    for (const double days : arrays_[column].values) clock.add(kDay_s * days, kQuantum_s);
     return clock.period();
   }
 
@@ -83,7 +83,8 @@ class ArrayTable final : public Table {
       if (at < selection.from || at > selection.to) continue;
       for (std::size_t i = 0; i < selection.columns.size(); ++i) {
         const double value = i == 0 && selection.has_time ? at : arrays_[selection.columns[i]].values[k];
-        if (!std::isfinite(value) && !(selection.keep_missing && std::isnan(value))) {
+        const bool may_lack = selection.keep_missing || i >= selection.may_lack_from;
+        if (!std::isfinite(value) && !(may_lack && std::isnan(value))) {
           throw DataError(fmt::format("{}, row {}: {}: expected a finite number, got {}{}", path_.string(), k + 1,
                                       columns_[selection.columns[i]].label, value,
                                       selection.mend_missing.empty()

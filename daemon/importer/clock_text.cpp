@@ -127,14 +127,28 @@ bool is_clock_of_minutes(std::string_view text) {
   return !clock_seconds(whole) && clock_seconds(whole + ":00");
 }
 
-void RowClock::add(double time_s, double quantum_s, bool wraps) {
+std::optional<double> ClockReader::seconds(std::string_view text) {
   constexpr double kDay_s = 86400.0;
-  if (restart_) return;
-  time_s += day_s_;
-  if (wraps && rows_ > 0 && time_s < changes_.back().time_s - kDay_s / 2.0) {
+  // A date in double precision is known to a fraction of a microsecond.
+  constexpr int kMostDecimals = 6;
+  const std::optional<double> shown_s = clock_seconds(text);
+  if (!shown_s) return std::nullopt;
+  const bool has_date = text.substr(0, text.find(':')).find_first_of("-/.") != std::string_view::npos;
+  double time_s = *shown_s + day_s_;
+  if (!has_date && first_s_ && time_s < last_s_ - kDay_s / 2.0) {
     day_s_ += kDay_s;
     time_s += kDay_s;
   }
+  if (!first_s_) first_s_ = time_s;
+  last_s_ = time_s;
+  const int decimals = static_cast<int>(std::lround(-std::log10(clock_quantum_s(text))));
+  decimals_ = std::clamp(decimals, decimals_, kMostDecimals);
+  const double scale = std::pow(10.0, decimals_);
+  return std::round((time_s - *first_s_) * scale) / scale;
+}
+
+void RowClock::add(double time_s, double quantum_s) {
+  if (restart_) return;
   if (rows_ > 0 && time_s < changes_.back().time_s) {
     restart_ = rows_;
     return;

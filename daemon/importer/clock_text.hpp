@@ -17,6 +17,22 @@ namespace eha::importer {
 /// Value of the last digit that a clock shows [s]. @param text  of which clock_seconds() is known
 [[nodiscard]] double clock_quantum_s(std::string_view text);
 
+/// Reads the clocks of a column, one row after the other.
+class ClockReader {
+ public:
+  /// Seconds from the first row, to the digits shown, at most microseconds; none for other text. A time of day without
+  /// a date goes on over midnight.
+  [[nodiscard]] std::optional<double> seconds(std::string_view text);
+  /// Digits behind the point of the finest one so far.
+  [[nodiscard]] int decimals() const { return decimals_; }
+
+ private:
+  std::optional<double> first_s_;
+  double last_s_ = 0.0;
+  double day_s_ = 0.0;
+  int decimals_ = 0;
+};
+
 /// Whether text is a clock that a spreadsheet shows without its seconds: "14:03", "25.11.2026 14:03".
 [[nodiscard]] bool is_clock_of_minutes(std::string_view text);
 
@@ -46,8 +62,8 @@ struct RowPeriod {
 /// Takes the times of the rows of a file, one after the other.
 class RowClock {
  public:
-  /// @param quantum_s  value of the last digit shown [s]   @param wraps  at midnight: a time of day without a date
-  void add(double time_s, double quantum_s, bool wraps);
+  /// @param quantum_s  value of the last digit shown [s]
+  void add(double time_s, double quantum_s);
   /// None where the clock never moved.
   [[nodiscard]] std::optional<RowPeriod> period() const;
 
@@ -64,7 +80,6 @@ class RowClock {
 
   std::size_t rows_ = 0;
   std::vector<Change> changes_;
-  double day_s_ = 0.0;
   double quantum_s_ = 0.0;
   std::optional<std::size_t> restart_;
 };

@@ -2,6 +2,7 @@
 #include "daemon/importer/import.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/missing_codes.hpp"
 #include "daemon/importer/output_findings.hpp"
+#include "daemon/importer/own_times.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/table.hpp"
@@ -59,6 +61,10 @@ Selection selection_for(const Table& table, const Roles& roles, const std::files
   selection.columns.push_back(roles.input);
   if (roles.output) selection.columns.push_back(*roles.output);
   if (roles.filled) selection.columns.push_back(*roles.filled);
+  if (roles.output_time) {
+    selection.may_lack_from = selection.columns.size();
+    selection.columns.push_back(*roles.output_time);
+  }
   // Half of a billionth, so that a time that is the limit itself is inside.
   constexpr double kInside = 5e-10;
   const auto margin = [](double x) { return kInside * std::max(1.0, std::abs(x)); };
@@ -133,6 +139,15 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
       even.moved_rows, rows, even.most_moved_s, even.step_s);
 }
 
+/// How a column of times is read: " (a clock, in seconds from its first row; 2 "t" agrees)".
+std::string time_reading(const Column& time, const Roles& roles) {
+  std::vector<std::string> facts;
+  if (time.is_clock) facts.emplace_back("a clock, in seconds from its first row");
+  if (roles.time_unit_assumed) facts.emplace_back("taken as seconds");
+  if (!roles.time_note.empty()) facts.push_back(roles.time_note);
+  return facts.empty() ? "" : fmt::format(" ({})", fmt::join(facts, "; "));
+}
+
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
                        const ident::Record& record) {
   if (table.is_record_format()) return {};
@@ -140,7 +155,8 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
   const auto shown = [&](std::size_t i) { return described_with_unit(columns, i); };
   std::string text = fmt::format("{}: {}; ", path.string(), fmt::join(table.guesses(), ", "));
   text += roles.time
-              ? fmt::format("time {}{}", shown(*roles.time), roles.time_unit_assumed ? " (taken as seconds)" : "")
+              ? fmt::format("time {}{}{}", shown(*roles.time), time_reading(columns[*roles.time], roles),
+                            roles.output_time ? fmt::format(", the grid of {} too", shown(*roles.output_time)) : "")
               : fmt::format("a row every {:.9g} s{}", *roles.period_s,
                             roles.period_name.empty() ? "" : fmt::format(" (the file's {})", roles.period_name));
   text += fmt::format(", input {}", shown(roles.input));
@@ -155,14 +171,14 @@ void refuse_time_without_unit(const Rows& rows, const Column& time, const std::f
   constexpr std::size_t kFewRows = 50;  // typed by hand
   constexpr double kLongestStep_s = 0.5;
   const std::vector<double>& times = rows.columns.front();
-  if (!time.unit.empty() || times.size() < kFewRows) return;
+  if (time.is_clock || !time.unit.empty() || times.size() < kFewRows) return;
   std::vector<double> steps(times.size() - 1);
   for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = times[k + 1] - times[k];
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   if (!(*middle > kLongestStep_s)) return;
   RowClock clock;
-  for (const double at : times) clock.add(at, std::pow(10.0, -rows.time_decimals), false);
+  for (const double at : times) clock.add(at, std::pow(10.0, -rows.time_decimals));
   const std::optional<RowPeriod> period = clock.period();
   if (!period) return;
   Options even = options;
@@ -220,11 +236,24 @@ bool take_missing_codes(Rows& rows, std::size_t column, const std::string& name,
   return !codes.empty();
 }
 
+/// The end of a refusal of a clock whose rows are not even: what they tell together.
+std::string taken_as_even(const Rows& rows, const std::filesystem::path& path, const Options& options) {
+  RowClock clock;
+  for (const double at : rows.columns.front()) clock.add(at, std::pow(10.0, -rows.time_decimals));
+  const std::optional<RowPeriod> period = clock.period();
+  return period ? "; taken as even, " + period_offer(*period, path, options) : "";
+}
+
 /// The columns as selected: without a time, one of zeros would only cost.
 Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std::filesystem::path& path,
                    const Options& options) {
   Imported imported;
   ident::Record& record = imported.record;
+  if (roles.output_time) {
+    if (std::string remark = take_output_times(rows, table, roles, path, options); !remark.empty()) {
+      imported.remarks.push_back(path.string() + ": " + remark);
+    }
+  }
   const std::string mend = command_with(options, path, "--resample");
   if (!roles.time) {
     if (rows.count() < 2) {
@@ -254,7 +283,12 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
       record.step_s = even_step_s(rows, path, options);
       record.start_s = rows.columns[0].front();
       is_even = !options.period_s || std::abs(*options.period_s - record.step_s) <= 1e-9 * record.step_s;
-    } catch (const DataError&) {
+    } catch (const DataError& error) {
+      const std::string what = error.what();
+      const bool is_clock = table.columns()[*roles.time].is_clock;
+      if (!options.resample && is_clock && what.find("--period") == std::string::npos) {
+        throw DataError(what + taken_as_even(rows, path, options));
+      }
       if (!options.resample || rows.count() < 2) throw;
       is_even = false;
     }

@@ -13,11 +13,13 @@
 #include "core/text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/column_values.hpp"
+#include "daemon/importer/own_times.hpp"
+#include "daemon/importer/time_column.hpp"
+#include "daemon/importer/time_grid.hpp"
 
 namespace eha::importer {
 namespace {
 
-constexpr std::size_t kMostListed = 12;
 /// A column that counts this many rows or more numbers them, whatever its name.
 constexpr std::size_t kFewestCounted = 20;
 
@@ -27,12 +29,6 @@ std::string comparable(std::string_view name) {
   std::string result(name);
   std::replace(result.begin(), result.end(), '/', '.');
   return result;
-}
-
-/// "rec." of "rec.u"
-std::string_view prefix_of(std::string_view label) {
-  const std::size_t at = label.find_last_of("./");
-  return at == std::string_view::npos ? std::string_view() : label.substr(0, at + 1);
 }
 
 class Finder {
@@ -65,7 +61,8 @@ class Finder {
     find_time(roles, {input, output});
     find_filled(roles);
     choose_pair(roles, input, output);
-    roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
+    take_own_times(roles);
+    roles.time_unit_assumed = is_unit_assumed(roles);
     return roles;
   }
 
@@ -73,12 +70,13 @@ class Finder {
     Roles roles;
     const auto input = chosen("--input", options_.input);
     find_time(roles, {input});
-    roles.time_unit_assumed = roles.time && columns_[*roles.time].unit.empty();
     if (input) {
       roles.input = *input;
     } else {
       roles.input = input_in(unit, candidates(roles, {}, 1));
     }
+    if (!times_.empty() && roles.time) roles.time = time_before(roles.input);
+    roles.time_unit_assumed = is_unit_assumed(roles);
     const Column& column = columns_[roles.input];
     if (!unit.empty() && !column.unit.empty() && column.unit != unit) {
       fail(
@@ -92,15 +90,7 @@ class Finder {
  private:
   [[noreturn]] void fail(const std::string& what) const { throw DataError(fmt::format("{}: {}", path_, what)); }
 
-  /// The columns for a message.
-  [[nodiscard]] std::string list() const {
-    std::string text;
-    for (std::size_t i = 0; i < std::min(columns_.size(), kMostListed); ++i) {
-      text += (i == 0 ? "" : ", ") + described_with_unit(columns_, i);
-      if (!columns_[i].is_number) text += " (text)";
-    }
-    return columns_.size() > kMostListed ? fmt::format("{} and {} more", text, columns_.size() - kMostListed) : text;
-  }
+  [[nodiscard]] std::string list() const { return listed(columns_); }
 
   [[nodiscard]] std::string thousands() const {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -155,7 +145,8 @@ class Finder {
       throw UsageError(fmt::format("{} {}: {} columns of {} have that name; give the number, such as {} {}", option,
                                    readable(*text, kLongestShown), found.size(), path_, option, found.front() + 1));
     }
-    if (!columns_[found.front()].is_number) {
+    const bool is_clock = std::string_view(option) == "--time" && columns_[found.front()].is_clock;
+    if (!columns_[found.front()].is_number && !is_clock) {
       throw UsageError(fmt::format("{} {}: that column of {} is text, such as \"{}\"", option,
                                    readable(*text, kLongestShown), path_,
                                    readable(columns_[found.front()].sampled_text, kLongestShown)));
@@ -173,15 +164,16 @@ class Finder {
     return columns_[a].rows == columns_[b].rows;
   }
 
-  enum class Rise { any, strict };
-  static bool goes_on(const std::vector<double>& sample, Rise rise = Rise::any) {
-    const bool has_rise = rise == Rise::any || (!sample.empty() && sample.front() < sample.back());
-    return has_rise && std::is_sorted(sample.begin(), sample.end());
-  }
-
   void find_time(Roles& roles, const std::vector<std::optional<std::size_t>>& taken) {
     roles.period_s = options_.period_s;
-    roles.time = time(taken);
+    if (options_.time) {
+      roles.time = chosen("--time", options_.time);
+    } else if (!options_.period_s) {
+      TimeChoice choice = find_time_column(table_, file_, options_, hints_, taken);
+      roles.time = choice.column;
+      roles.time_note = std::move(choice.note);
+      times_ = std::move(choice.of_channels);
+    }
     if (!roles.time && !roles.period_s) {
       const auto stated = table_.stated_period();
       roles.period_s = stated->step_s;
@@ -190,118 +182,7 @@ class Finder {
     replaced_time_ = roles.time;
     // --period replaces the column; with --resample it is that of the new rows.
     if (options_.period_s && !options_.resample) roles.time.reset();
-    refuse_days(roles);
-  }
-
-  [[nodiscard]] std::optional<std::size_t> time(const std::vector<std::optional<std::size_t>>& taken) {
-    if (options_.time) return chosen("--time", options_.time);
-    if (options_.period_s) return std::nullopt;
-    const auto is_taken = [&](std::size_t i) {
-      return std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
-    };
-    std::vector<std::size_t> named;
-    std::vector<std::size_t> even;
-    std::vector<std::size_t> counting;
-    std::optional<std::size_t> clock;
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (is_taken(i)) continue;
-      if (!columns_[i].is_number) {
-        if (columns_[i].is_clock) clock = i;
-        continue;
-      }
-      const bool fits = std::all_of(taken.begin(), taken.end(), [&](auto t) { return !t || belong_together(i, *t); });
-      if (!fits) continue;
-      if (hints_[i].is_temperature) continue;
-      if (hints_[i].is_letter_t && !goes_on(columns_[i].sample, Rise::strict)) continue;
-      if (hints_[i].time > 0) {
-        named.push_back(i);
-      } else if (counts_rows(columns_[i].sample)) {
-        counting.push_back(i);
-      } else if (hints_[i].input == 0 && hints_[i].output == 0 && increases_evenly(columns_[i].sample)) {
-        even.push_back(i);
-      }
-    }
-    // Beside times of day the milliseconds of each second may stand in a column of their own, and T is a temperature.
-    if (clock) {
-      std::erase_if(named, [&](std::size_t i) { return !goes_on(columns_[i].sample) || hints_[i].is_letter_t; });
-    }
-    const std::vector<std::size_t> best = strongest(named, [&](std::size_t i) { return hints_[i].time; });
-    if (best.size() == 1) return best.front();
-    if (best.size() > 1) return first_of(best, "time");
-    if (!even.empty()) return even.front();
-    if (clock) {
-      const std::string& text = columns_[*clock].sampled_text;
-      fail(fmt::format("column {} holds {} such as \"{}\", which are not read as {}; {}", described(columns_, *clock),
-                       text.find(':') == std::string::npos ? "times with their unit" : "dates or times of day",
-                       readable(text, kLongestShown), text.find(':') == std::string::npos ? "numbers" : "seconds",
-                       told_by(*clock)));
-    }
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (columns_[i].is_number || !is_clock_of_minutes(columns_[i].sampled_text)) continue;
-      fail(
-          fmt::format("column {} shows minutes only, such as \"{}\"; format its cells to show seconds and parts of "
-                      "them (hh:mm:ss.000) and export again, or {}",
-                      described(columns_, i), readable(columns_[i].sampled_text, kLongestShown), period_asked()));
-    }
-    if (table_.stated_period()) return std::nullopt;
-    if (!counting.empty()) {
-      const std::size_t i = counting.front();
-      if (table_.told_period_s())
-        fail(fmt::format("column {} numbers the rows; {}", described(columns_, i), period_asked()));
-      fail(fmt::format(
-          "column {} counts 0, 1, 2: seconds, or the numbers of the rows? For seconds: `{}`; for the numbers "
-          "of rows, with the sample period in seconds: `{}`",
-          described(columns_, i), command(fmt::format("--time {}", i + 1)), command("--period SECONDS")));
-    }
-    fail(fmt::format("no column of times; columns: {}; {}", list(), period_asked()));
-  }
-
-  /// Asks for the sample period, or offers what stands above the rows.
-  [[nodiscard]] std::string period_asked() const {
-    const std::optional<double> told_s = table_.told_period_s();
-    if (!told_s) return fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
-    return fmt::format("the lines above the rows say one every {:.9g} s: `{}`", *told_s,
-                       command(fmt::format("--period {:.9g}", *told_s)));
-  }
-
-  /// What the rows of a clock tell of the sample period, with the command that takes it.
-  [[nodiscard]] std::string told_by(std::size_t column) const {
-    const std::optional<RowPeriod> period = table_.period_of_rows(column);
-    return period ? period_offer(*period, file_, options_)
-                  : fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
-  }
-
-  /// A spreadsheet's dates are days since 1899, MATLAB's since the year 0. As seconds such a record would be sampled
-  /// faster than a rig is.
-  void refuse_days(const Roles& roles) const {
-    if (!roles.time || options_.time) return;
-    const Column& column = columns_[*roles.time];
-    const std::vector<double>& sample = column.sample;
-    if (!column.unit.empty() || sample.size() < 2) return;
-    constexpr double kFastestStep = 7e-4;  // a minute in days
-    const auto is_date = [](double x) { return (x > 20'000.0 && x < 80'000.0) || (x > 700'000.0 && x < 800'000.0); };
-    const bool has_fractions =
-        std::any_of(sample.begin(), sample.end(), [](double x) { return std::abs(x - std::round(x)) > 0.0; });
-    const double step = (sample.back() - sample.front()) / static_cast<double>(sample.size() - 1);
-    if (!has_fractions || !is_date(sample.front()) || !is_date(sample.back()) || step > kFastestStep) return;
-    fail(
-        fmt::format("column {} holds numbers such as {:.9g}: days of a spreadsheet, or seconds? For days, {}; for "
-                    "seconds: `{}`",
-                    described(columns_, *roles.time), sample.front(), told_by(*roles.time),
-                    command(fmt::format("--time {}", *roles.time + 1))));
-  }
-
-  /// Several columns have equal claims: those of one struct or group may belong to one record, others not.
-  [[nodiscard]] std::size_t first_of(const std::vector<std::size_t>& found, const char* role) const {
-    std::string extra = fmt::format("--{} {}", role, found.front() + 1);
-    fail(fmt::format("which column is the {}? {} may be; columns: {}. For the first of them: `{}`", role,
-                     fmt::join(names_of(found), " or "), list(), command(extra)));
-  }
-
-  [[nodiscard]] std::vector<std::string> names_of(const std::vector<std::size_t>& found) const {
-    std::vector<std::string> names;
-    for (const std::size_t i : found) names.push_back(described(columns_, i));
-    return names;
+    if (roles.time && !options_.time) refuse_days(table_, *roles.time, file_, options_);
   }
 
   template <typename Strength>
@@ -386,6 +267,35 @@ class Finder {
     roles.by_order = input_strength(roles.input) <= input_strength(*roles.output);
   }
 
+  [[nodiscard]] bool is_unit_assumed(const Roles& roles) const {
+    return roles.time && !columns_[*roles.time].is_clock && columns_[*roles.time].unit.empty();
+  }
+
+  /// Of channels with a time each the one that stands before a column.
+  [[nodiscard]] std::size_t time_before(std::size_t column) const {
+    const auto behind = std::upper_bound(times_.begin(), times_.end(), column);
+    return behind == times_.begin() ? times_.front() : *std::prev(behind);
+  }
+
+  /// Of channels with a time each the input's is taken; the output's has to be on the same grid, of which the first
+  /// rows tell here.
+  void take_own_times(Roles& roles) const {
+    if (times_.empty() || !roles.time) return;
+    roles.time = time_before(roles.input);
+    const std::size_t other = time_before(*roles.output);
+    if (other == *roles.time) return;
+    roles.output_time = other;
+    const auto step_s = [&](std::size_t column, double unit_s) {
+      const std::vector<double>& sample = columns_[column].sample;
+      return (sample.back() - sample.front()) / static_cast<double>(sample.size() - 1) * unit_s;
+    };
+    const double input_step_s = step_s(*roles.time, time_unit_s(columns_[*roles.time], file_, options_));
+    const double output_step_s = step_s(other, output_time_unit_s(columns_, roles, file_, options_));
+    if (std::abs(input_step_s - output_step_s) <= kOnGrid * input_step_s) return;
+    refuse_two_grids(table_, {*roles.time, roles.input}, {other, *roles.output},
+                     fmt::format("their steps are {:.6g} s and {:.6g} s", input_step_s, output_step_s), file_);
+  }
+
   [[nodiscard]] int strength_sum(const std::vector<std::size_t>& of) const {
     int sum = 0;
     for (const std::size_t i : of) sum += hints_[i].input + hints_[i].output;
@@ -455,6 +365,7 @@ class Finder {
   std::filesystem::path file_;
   const Options& options_;
   std::optional<std::size_t> replaced_time_;  ///< the column of times, also where a period replaces it
+  std::vector<std::size_t> times_;            ///< of channels that have one each
   std::vector<Hints> hints_;
 };
 
@@ -469,11 +380,32 @@ Roles find_input(Table& table, const std::filesystem::path& path, const Options&
 }
 
 double time_unit_s(const Column& time, const std::filesystem::path& path, const Options& options) {
-  if (time.unit.empty()) return 1.0;
+  if (time.is_clock || time.unit.empty()) return 1.0;
   if (const auto seconds = seconds_in(time.unit)) return *seconds;
   throw DataError(fmt::format(
       "{}: the time column \"{}\" is in {}, which is no unit of time; with the sample period in seconds: `{}`",
       path.string(), readable(time.label, kLongestShown), time.unit, command_with(options, path, "--period SECONDS")));
+}
+
+double output_time_unit_s(const std::vector<Column>& columns, const Roles& roles, const std::filesystem::path& path,
+                          const Options& options) {
+  const Column& own = columns[*roles.output_time];
+  return time_unit_s(own.unit.empty() ? columns[*roles.time] : own, path, options);
+}
+
+std::string_view prefix_of(std::string_view label) {
+  const std::size_t at = label.find_last_of("./");
+  return at == std::string_view::npos ? std::string_view() : label.substr(0, at + 1);
+}
+
+std::string listed(const std::vector<Column>& columns) {
+  constexpr std::size_t kMostListed = 12;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(columns.size(), kMostListed); ++i) {
+    text += (i == 0 ? "" : ", ") + described_with_unit(columns, i);
+    if (!columns[i].is_number) text += " (text)";
+  }
+  return columns.size() > kMostListed ? fmt::format("{} and {} more", text, columns.size() - kMostListed) : text;
 }
 
 std::string described(const std::vector<Column>& columns, std::size_t index) {

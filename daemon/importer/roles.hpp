@@ -17,6 +17,9 @@ struct Roles {
   std::optional<std::size_t> time = {};  ///< none: period_s is the step
   std::optional<double> period_s = {};   ///< [s]; as --period gives it, or the file
   std::string period_name = {};          ///< of the number in the file that gives it
+  std::string time_note = {};            ///< what other columns of times say, for the line of guesses
+  /// The output's own times where it has some: the same, or later or earlier by a part of a step.
+  std::optional<std::size_t> output_time = {};
   std::size_t input = 0;
   std::optional<std::size_t> output = {};  ///< none: only an input was asked for
   std::optional<std::size_t> filled = {};  ///< 1 in rows that were filled, 0 in measured ones
@@ -41,6 +44,16 @@ inline constexpr std::string_view kFilledColumn = "filled";
 
 /// Seconds in one unit of the time column. @throws DataError  its unit is none of time
 [[nodiscard]] double time_unit_s(const Column& time, const std::filesystem::path& path, const Options& options);
+
+/// The same of Roles::output_time, which without a unit is in that of the time.
+[[nodiscard]] double output_time_unit_s(const std::vector<Column>& columns, const Roles& roles,
+                                        const std::filesystem::path& path, const Options& options);
+
+/// "rec." of "rec.u"
+[[nodiscard]] std::string_view prefix_of(std::string_view label);
+
+/// The columns for a message.
+[[nodiscard]] std::string listed(const std::vector<Column>& columns);
 
 /// A column for a message: `2 "Spannung [V]"`.
 [[nodiscard]] std::string described(const std::vector<Column>& columns, std::size_t index);

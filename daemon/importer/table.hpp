@@ -24,10 +24,17 @@ struct Column {
   std::string name;   ///< "Spannung"
   std::string unit;   ///< "V"; empty when unknown
   bool is_number = true;
-  std::vector<double> sample;  ///< the first kSampledRows values; NaN where one is missing
-  std::string sampled_text;    ///< the first value as written, when it is no number
-  bool is_clock = false;       ///< dates or times of day
-  std::size_t rows = 0;        ///< columns of different lengths do not belong together; 0 when not yet known
+  /// The first kSampledRows values; NaN where one is missing. Of clocks seconds from the first.
+  std::vector<double> sample;
+  std::string sampled_text;  ///< the first value as written, when it is no number
+  bool is_clock = false;     ///< dates or times of day
+  std::size_t rows = 0;      ///< columns of different lengths do not belong together; 0 when not yet known
+};
+
+/// A column of values and that of their times, from 0.
+struct TimedColumn {
+  std::size_t time = 0;
+  std::size_t column = 0;
 };
 
 /// The rows that a caller wants.
@@ -38,7 +45,9 @@ struct Selection {
   double from = -std::numeric_limits<double>::infinity();  ///< [s]; without a time: rows from 0
   double to = std::numeric_limits<double>::infinity();
   bool keep_missing = false;  ///< NaN for a missing value instead of a refusal
-  std::string mend_missing;   ///< the end of that refusal: the command that fills them
+  /// From this one of `columns` on a missing value is NaN anyway.
+  std::size_t may_lack_from = std::numeric_limits<std::size_t>::max();
+  std::string mend_missing;  ///< the end of that refusal: the command that fills them
 };
 
 /// Numbers of a file.
@@ -87,6 +96,13 @@ class Table {
   /// How far apart the rows of the whole file are by a column of dates or times of day, or of days of a spreadsheet.
   /// For a refusal: the file cannot be read after that. None when it does not tell.
   [[nodiscard]] virtual std::optional<RowPeriod> period_of_rows(std::size_t /*column*/) { return std::nullopt; }
+  /// How a file of text, which other programs can read, writes its rows; none for others.
+  struct TextForm {
+    char delimiter = ',';
+    char decimal = '.';
+    std::size_t first_data_line = 1;
+  };
+  [[nodiscard]] virtual std::optional<TextForm> text_form() const { return std::nullopt; }
   /// Reads once. @throws DataError, IoError
   [[nodiscard]] virtual Rows read(const Selection& selection, const Progress& progress) = 0;
 };

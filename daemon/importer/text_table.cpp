@@ -92,23 +92,27 @@ class TextTable final : public Table {
     constexpr double kDay_s = 86400.0;
     CsvFields fields(dialect_.delimiter);
     RowClock clock;
+    ClockReader reader;
     while (const auto line = lines_.next()) {
       if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
       if (!fields.split(*line) || fields.size() <= column) continue;
       const std::string_view field = fields[column];
       double days = 0.0;
       if (columns_[column].is_clock) {
-        const auto time_s = clock_seconds(field);
-        const bool has_date = field.substr(0, field.find(':')).find_first_of("-/.") != std::string_view::npos;
-        if (time_s) clock.add(*time_s, clock_quantum_s(field), !has_date);
+        if (const auto time_s = reader.seconds(field)) clock.add(*time_s, clock_quantum_s(field));
       } else if (parse_number(field, dialect_.signs, days) == NumberKind::finite) {
         // A date in double precision is known to a few microseconds, however many digits are written.
         constexpr double kFinest_s = 1e-5;
         const double digit_s = kDay_s * std::pow(10.0, -precision_of(field, dialect_.signs.decimal).decimals);
-        clock.add(kDay_s * days, std::max(digit_s, kFinest_s), false);
+        clock.add(kDay_s * days, std::max(digit_s, kFinest_s));
       }
     }
     return clock.period();
+  }
+
+  [[nodiscard]] std::optional<TextForm> text_form() const override {
+    if (!can_be_cut_) return std::nullopt;
+    return TextForm{dialect_.delimiter, dialect_.signs.decimal, dialect_.first_data_line};
   }
 
   [[nodiscard]] Rows read(const Selection& selection, const Progress& progress) override {
@@ -225,6 +229,7 @@ class TextTable final : public Table {
   void sample(const std::vector<std::string>& first) {
     CsvFields fields(dialect_.delimiter);
     std::vector<std::size_t> texts(columns_.size());
+    std::vector<ClockReader> clocks(columns_.size());
     std::size_t rows = 0;
     for (std::size_t i = dialect_.first_data_line - 1; i < first.size() && rows < kSampledRows; ++i) {
       if (is_comment(first[i]) || !fields.split(first[i]) || fields.size() < columns_.size()) continue;
@@ -235,7 +240,10 @@ class TextTable final : public Table {
         if (kind == NumberKind::none) {
           ++texts[c];
           if (columns_[c].sampled_text.empty()) columns_[c].sampled_text = lines_.decoded(fields[c]);
-          if (clock_seconds(fields[c])) columns_[c].is_clock = true;
+          if (const auto time_s = clocks[c].seconds(fields[c])) {
+            columns_[c].is_clock = true;
+            value = *time_s;
+          }
         }
         columns_[c].sample.push_back(value);
       }
@@ -311,6 +319,7 @@ class TextTable final : public Table {
     if (!fields.split(line) || fields.size() < dialect_.fields || fields.size() > dialect_.fields + 1) return false;
     return !is_word(fields[lead_]) &&
            std::all_of(selection.columns.begin(), selection.columns.end(), [&](std::size_t column) {
+             if (columns_[column].is_clock) return clock_seconds(fields[column]).has_value();
              double ignored = 0.0;
              const NumberKind kind = parse_number(fields[column], dialect_.signs, ignored);
              return kind == NumberKind::finite || kind == NumberKind::missing;
@@ -331,9 +340,12 @@ class TextTable final : public Table {
     if (!can_be_cut_) return text;
     std::size_t count = 0;
     while (const auto next = lines_.next()) {
-      double value = 0.0;
       if (is_comment(*next) || !is_row(*next, fields, selection)) continue;
-      if (parse_number(fields[selection.columns.front()], dialect_.signs, value) == NumberKind::finite) ++count;
+      double value = 0.0;
+      const std::size_t lead = selection.columns.front();
+      const bool is_timed =
+          columns_[lead].is_clock || parse_number(fields[lead], dialect_.signs, value) == NumberKind::finite;
+      if (is_timed) ++count;
     }
     if (count < 2) return text;
     const std::string rest = path_.stem().string() + "-rest" + path_.extension().string();
@@ -344,6 +356,17 @@ class TextTable final : public Table {
   double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {
     const std::size_t column = selection.columns[i];
     const std::string_view field = fields[column];
+    if (columns_[column].is_clock && !columns_[column].is_number) {
+      if (const auto time_s = clock_.seconds(field)) {
+        rows.time_decimals = clock_.decimals();
+        rows.time_significant = std::numeric_limits<double>::max_digits10;
+        return *time_s;
+      }
+      if (!field.empty() || !selection.keep_missing) {
+        lines_.fail(fmt::format("{}: expected a time as in the rows before, got {}", described(columns_, column),
+                                quoted_for_message(field)));
+      }
+    }
     double value = 0.0;
     const NumberKind kind = parse_number(field, dialect_.signs, value);
     if (kind == NumberKind::finite) {
@@ -355,7 +378,7 @@ class TextTable final : public Table {
       }
       return value;
     }
-    if (kind == NumberKind::missing && selection.keep_missing) return value;
+    if (kind == NumberKind::missing && (selection.keep_missing || i >= selection.may_lack_from)) return value;
     refuse_number(column, field, kind, selection.mend_missing);
   }
 
@@ -471,6 +494,7 @@ class TextTable final : public Table {
   Options options_;
   TextLines lines_;
   Dialect dialect_;
+  ClockReader clock_;
   SignEvidence evidence_{','};  ///< of the rows that are read, where the first lines do not tell the signs
   std::vector<Column> columns_;
   std::size_t lead_ = 0;  ///< the first column of numbers or of a clock, in which a word marks a line that is no row

@@ -108,7 +108,7 @@ class Grid {
     }
     if (kRowsPerRepeat * repeats < time_s_.size()) return;
     RowClock clock;
-    for (const double time_s : time_s_) clock.add(time_s, quantum_s(time_s_.size() - 1), false);
+    for (const double time_s : time_s_) clock.add(time_s, quantum_s(time_s_.size() - 1));
     const std::optional<RowPeriod> period = clock.period();
     if (!period) return;
     throw DataError(fmt::format("{}: the times repeat, as they are shown more coarsely than the rows follow; {}",

@@ -40,15 +40,63 @@ TEST(ClockText, KnowsHalvesOfADayMinutesAndUnits) {
 TEST_F(ImportedFile, OffersThePeriodOfTheClocksOfOtherPrograms) {
   const std::vector<std::function<std::string(int)>> clocks{
       [](int k) { return fmt::format("11/25/2026 2:{:02}:{:02} PM", (k + 7) / 600, (k + 7) / 10 % 60); },
-      [](int k) { return fmt::format("02:{:02}:{:02} PM", (k + 7) / 600, (k + 7) / 10 % 60); },
-      [](int k) { return fmt::format("\"00:{:02},{}\"", k / 10, k % 10); },
-      [](int k) { return fmt::format("{:g} sec", 0.1 * k); }};
+      [](int k) { return fmt::format("02:{:02}:{:02} PM", (k + 7) / 600, (k + 7) / 10 % 60); }};
   for (const auto& clock : clocks) {
     const auto path = write("clock.csv", clock_rows(clock));
     const std::string refusal = refusal_of(path);
     ASSERT_NE(refusal.find("--period 0.1`"), std::string::npos) << refusal;
     EXPECT_EQ(answered(path, refusal).record.input.size(), Rig::kRows);
   }
+}
+
+TEST_F(ImportedFile, IsReadByAClockThatTellsItsRowsApart) {
+  const auto at = [](int k, char sign) {
+    return fmt::format("14:{:02}:{:02}{}{:03}", k / 6000, k / 100 % 60, sign, k % 100 * 10);
+  };
+  const std::vector<std::pair<double, std::function<std::string(int)>>> clocks{
+      {0.01, [&](int k) { return at(k + 5990, '.'); }},
+      {0.01, [&](int k) { return at(k, ':'); }},
+      {0.01, [&](int k) { return "\"2026-03-01 " + at(k, ',') + "\""; }},
+      {0.01, [&](int k) { return "2026-03-01T" + at(k, '.') + "000Z"; }},
+      {0.1, [](int k) { return fmt::format("\"00:{:02},{}\"", k / 10, k % 10); }},
+      {0.1, [](int k) { return fmt::format("{:g} sec", 0.1 * k); }},
+      {1.0, [](int k) { return fmt::format("11/25/2026 2:{:02}:{:02} PM", k / 60, k % 60); }},
+      // Over midnight.
+      {0.1, [](int k) {
+         const int tenth = (863'900 + k) % 864'000;
+         return fmt::format("{:02}:{:02}:{:02}.{}", tenth / 36'000, tenth / 600 % 60, tenth / 10 % 60, tenth % 10);
+       }}};
+  for (const auto& [step_s, clock] : clocks) {
+    const Imported imported = import_record(write("clock.csv", clock_rows(clock)), {});
+    EXPECT_DOUBLE_EQ(imported.record.step_s, step_s) << clock(0);
+    EXPECT_DOUBLE_EQ(imported.record.start_s, 0.0);
+    EXPECT_EQ(imported.record.input.size(), Rig::kRows);
+    EXPECT_NE(imported.guess.find("time 1 \"Time\" (a clock, in seconds from its first row)"), std::string::npos)
+        << imported.guess;
+  }
+}
+
+TEST_F(ImportedFile, IsCutByTheSecondsOfItsClock) {
+  const auto path = write("clock.csv", clock_rows([](int k) { return fmt::format("10:00:{:02}.{}", k / 10, k % 10); }));
+  const Imported part = import_record(path, {.time = "Time", .from_s = 2.0, .to_s = 5.0});
+  EXPECT_DOUBLE_EQ(part.record.start_s, 2.0);
+  ASSERT_EQ(part.record.input.size(), 31);
+  EXPECT_NEAR(part.record.input[0], Rig::volts(20), 1e-4);
+}
+
+TEST_F(ImportedFile, AsksAboutAClockWhoseStepsDiffer) {
+  const auto gap = write("gap.csv", clock_rows([](int k) {
+                           const int tenth = k < 200 ? k : k + 7;
+                           return fmt::format("10:00:{:02}.{}", tenth / 10, tenth % 10);
+                         }));
+  const std::string refusal = refusal_of(gap);
+  ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
+  EXPECT_EQ(answered(gap, refusal, 0).record.input.size(), Rig::kRows + 7) << refusal;
+  EXPECT_EQ(answered(gap, refusal, 1).record.input.size(), 200) << refusal;
+  const auto uneven = write("uneven.csv", clock_rows([](int k) {
+                              return fmt::format("10:00:{:02}.{:03}", k / 100, k % 100 * 10 + k * (k + 1) % 3);
+                            }));
+  EXPECT_NE(refusal_of(uneven).find("--period 0.01`"), std::string::npos) << refusal_of(uneven);
 }
 
 TEST_F(ImportedFile, SaysThatAClockShowsMinutesOnly) {
@@ -147,8 +195,7 @@ TEST_F(ImportedFile, IsOfTheMonitorOfASerialPort) {
   ASSERT_FALSE(commands_of(refusal).empty()) << refusal;
   ASSERT_TRUE(shell(commands_of(refusal)[0])) << refusal;
   const auto columns = folder_.path() / "serial-columns.txt";
-  const std::string next = refusal_of(columns);
-  EXPECT_NEAR(answered(columns, next).record.output[5], Rig::place(5), 1e-4) << next;
+  EXPECT_NEAR(import_record(columns, {}).record.output[5], Rig::place(5), 1e-4);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ TEST_F(LoggerFile, TakesNoTemperatureForTheTime) {
           write("dated.csv", rod_file(fmt::format("timestamp,u_valve [V],{},x [mm]\n", name), [&](int k, double u) {
                   return fmt::format("2025-11-21T08:14:{:06.3f}Z,{:.4f},{:.2f},", 0.01 * k, u, degrees(k));
                 }));
-      EXPECT_DOUBLE_EQ(offered(refusal_of(dated)), 0.01) << name << ": " << refusal_of(dated);
+      EXPECT_NE(import_record(dated, {}).guess.find("time 1 \"timestamp\""), std::string::npos) << name;
       Options even;
       even.period_s = 0.01;
       EXPECT_EQ(import_record(dated, even).record.output_channel.unit, "mm") << name;

@@ -145,19 +145,14 @@ std::vector<Program> programs() {
                  {.input = "2", .output = "3"},
                  "--input 2 --output 3"});
   // BenchVue and BenchLink: scans are numbered, milliseconds stand behind a colon.
-  all.push_back({"BenchVue",
-                 "data_logger.csv",
+  all.push_back({"BenchVue", "data_logger.csv",
                  rows("Name:,bench\nOwner:,lab\nInstrument:,34972A\n\nTotal Channels:,2\n\n"
                       "Scan,Time,101 <Valve> (VDC),102 <Rod> (MM)\n",
                       [&](int k) {
                         return fmt::format("{},11/23/2026 10:00:00:{:03},{:+.8E},{:+.8E}\n", k + 1, k, volts(k),
                                            place(k));
                       }),
-                 "V",
-                 "mm",
-                 1.0,
-                 {.period_s = 1e-3},
-                 "--period 0.001"});
+                 "V", "mm"});
   // LabVIEW without a column of times: Delta_X stands in the second header.
   all.push_back({"LabviewWithoutTimes",
                  "fast.lvm",
