@@ -13,6 +13,7 @@
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/header_rows.hpp"
+#include "daemon/importer/scope_facts.hpp"
 
 namespace eha::importer {
 namespace {
@@ -339,6 +340,12 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   const auto end_of_header = std::find_if(
       lines.rbegin(), lines.rend(), [](const std::string& line) { return line.starts_with("***End_of_Header***"); });
   std::fill(lines.begin(), end_of_header.base(), "");
+  // So does what a scope of Tektronix writes.
+  const std::optional<std::size_t> scope_header = scope_header_line(all_lines);
+  if (scope_header) {
+    std::fill(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(*scope_header), "");
+    if (lines[*scope_header].starts_with('#')) lines[*scope_header].erase(0, 1);
+  }
   std::optional<char> told;
   if (end_of_header != lines.rend()) told = labview_separator(all_lines);
   std::vector<Reading> readings;
@@ -385,7 +392,12 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   dialect.names = std::move(layout->header.names);
   dialect.units = std::move(layout->header.units);
   name_channels(dialect.names);
-  if (dialect.names.empty()) dialect.names = names_in_comment(lines, dialect.first_data_line, *best);
+  if (scope_header && *scope_header + 1 < dialect.first_data_line) {
+    take_facts_above(all_lines, *scope_header, dialect);
+    dialect.skipped_lines = *scope_header;
+  } else if (dialect.names.empty() && !take_facts_beside(all_lines, dialect)) {
+    dialect.names = names_in_comment(lines, dialect.first_data_line, *best);
+  }
   dialect.names.resize(std::min(dialect.names.size(), dialect.fields));
   set_signs(*best, layout->first, options, dialect);
   return dialect;

@@ -20,6 +20,7 @@ struct Dialect {
   std::size_t first_data_line = 0;      ///< from 1
   std::vector<std::string> names = {};  ///< of the columns as in the file; empty without a header
   std::vector<std::string> units = {};  ///< of a row of units; empty without one
+  std::vector<bool> holds_facts = {};   ///< of columns: facts beside the rows, no part of the record; empty: none
   bool is_record_format = false;        ///< a header that begins with time_s, commas and points: eha-record(5)
   bool has_comma_numbers = false;       ///< some field has a decimal comma
   bool has_thousands = false;           ///< some field has signs.thousands

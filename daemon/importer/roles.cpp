@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "core/text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/column_values.hpp"
@@ -100,6 +101,17 @@ class Finder {
       return fmt::format("; {} has thousands separators (\"{}\"): export it without", described(columns_, i), text);
     }
     return {};
+  }
+
+  /// A scope writes a file for each channel.
+  [[nodiscard]] std::string two_files(const std::vector<std::size_t>& left) const {
+    const auto form = table_.text_form();
+    if (left.size() != 1 || !form || form->delimiter == ' ') return {};
+    const std::string both = shell_word(file_.stem().string() + "-both.csv");
+    return fmt::format(
+        "; where the other one is in a file of its own: `paste -d'{}' {} OTHER | tr -d '\\r' > {}`, then "
+        "`eha import {}`",
+        form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), shell_word(path_), both, both);
   }
 
   /// Names in messages and in the files written must tell the columns apart.
@@ -238,7 +250,8 @@ class Finder {
     const std::vector<std::size_t> left = candidates(roles, {input, output}, missing);
     if (left.size() < missing) {
       fail(fmt::format("expected a column each of input and output; columns: {}{}{}", list(),
-                       roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : "", thousands()));
+                       roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : "", thousands()) +
+           two_files(left));
     }
     const auto input_strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
     const auto output_strength = [&](std::size_t i) { return hints_[i].output - hints_[i].input; };
@@ -325,7 +338,7 @@ class Finder {
     if (!input) input = next_free(output);
     if (!output) output = next_free(input);
     std::string extra;
-    if (roles.time && !options_.time) extra += fmt::format("--time {} ", *roles.time + 1);
+    if (roles.time && !options_.time && times_.empty()) extra += fmt::format("--time {} ", *roles.time + 1);
     if (!options_.input) extra += fmt::format("--input {} ", *input + 1);
     if (!options_.output) extra += fmt::format("--output {} ", *output + 1);
     extra.pop_back();

@@ -19,6 +19,7 @@
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/dialect.hpp"
 #include "daemon/importer/header_facts.hpp"
+#include "daemon/importer/import.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/text_lines.hpp"
 #include "daemon/record/record_csv.hpp"
@@ -254,6 +255,9 @@ class TextTable final : public Table {
       columns_[c].is_number = 2 * texts[c] <= rows && (rows == 0 || !std::all_of(columns_[c].sample.begin(),
                                                                                  columns_[c].sample.end(), is_missing));
     }
+    for (std::size_t c = 0; c < dialect_.holds_facts.size(); ++c) {
+      if (dialect_.holds_facts[c]) columns_[c].is_number = columns_[c].is_clock = false;
+    }
     const auto leads = [](const Column& column) { return column.is_number || column.is_clock; };
     lead_ = static_cast<std::size_t>(std::find_if(columns_.begin(), columns_.end(), leads) - columns_.begin());
     if (lead_ == columns_.size()) lead_ = 0;
@@ -287,7 +291,11 @@ class TextTable final : public Table {
       guesses_.push_back(
           fmt::format("{} line{} of text skipped", dialect_.skipped_lines, dialect_.skipped_lines == 1 ? "" : "s"));
     }
-    if (!dialect_.units.empty()) guesses_.emplace_back("a row of units");
+    if (!dialect_.holds_facts.empty()) {
+      guesses_.emplace_back("facts beside the rows");
+    } else if (!dialect_.units.empty()) {
+      guesses_.emplace_back("a row of units");
+    }
     if (dialect_.names.empty()) guesses_.emplace_back("no header");
   }
 

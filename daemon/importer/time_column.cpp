@@ -204,7 +204,8 @@ class TimeFinder {
       const std::size_t end = r + 1 < rivals.size() ? rivals[r + 1] : columns_.size();
       if (!columns_[rivals[r]].is_number || end == rivals[r] + 1 || !columns_[rivals[r] + 1].is_number) return false;
     }
-    return rivals.front() == 0;
+    return std::none_of(columns_.begin(), columns_.begin() + static_cast<std::ptrdiff_t>(rivals.front()),
+                        [](const Column& column) { return column.is_number; });
   }
 
   [[nodiscard]] TimeChoice one_of(const std::vector<std::size_t>& rivals) const {

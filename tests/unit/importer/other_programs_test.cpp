@@ -128,6 +128,63 @@ std::vector<Program> programs() {
                  0.1,
                  {.time = "3", .input = "4", .output = "5"},
                  "--time 3 --input 4 --output 5"});
+  // MDO3000 and MSO 4 to 6: a block of facts, the units and labels of the channels among them.
+  const std::string block =
+      "Model,MDO3024\nFirmware Version,1.30\n\nWaveform Type,ANALOG,\nPoint Format,Y,\nHorizontal Units,s,\n"
+      "Horizontal Scale,0.02,\nHorizontal Delay,0,\nSample Interval,0.001,\nRecord Length,200,\n"
+      "Gating,0.0% to 100.0%,\nProbe Attenuation,1,1\nVertical Units,V,{1}\nVertical Offset,0,0\nVertical Scale,2,1\n"
+      "Vertical Position,-1.98,0\n,,\n,,\n,,\nLabel,{0}\nTIME,CH1,CH2\n";
+  const auto scope_row = [&](int k) {
+    return fmt::format("{:.7e},{:.5f},{:.5f}\n", -0.1 + seconds(k), volts(k), 0.1 * place(k));
+  };
+  all.push_back({"TektronixLabels", "mdo.csv", rows(fmt::format(fmt::runtime(block), "Valve,Rod", "mm"), scope_row),
+                 "V", "mm", 0.1});
+  all.push_back({"TektronixVolts",
+                 "mso.csv",
+                 rows(fmt::format(fmt::runtime(block), ",", "V"), scope_row),
+                 "V",
+                 "V",
+                 0.1,
+                 {.input = "2", .output = "3"},
+                 "--input 2 --output 3"});
+  std::string commented;
+  for (const char c : fmt::format(fmt::runtime(block), "Valve,Rod", "mm")) {
+    if (commented.empty() || commented.back() == '\n') commented += '#';
+    commented += c;
+  }
+  all.push_back({"TektronixComments", "mdo.csv", rows(commented, scope_row), "V", "mm", 0.1});
+  all.push_back(
+      {"TektronixBlocks", "blocks.csv",
+       rows("Model,MDO3024,,\nWaveform Type,ANALOG,,Waveform Type,ANALOG\nHorizontal Units,s,,Horizontal Units,s\n"
+            "Sample Interval,0.001,,Sample Interval,0.001\nVertical Units,V,,Vertical Units,mm\n,,,,\n"
+            "Label,,,Label,Rod\nTIME,CH1,,TIME,CH2\n",
+            [&](int k) { return fmt::format("{0:.6e},{1:.5f},,{0:.6e},{2:.5f}\n", seconds(k), volts(k), place(k)); }),
+       "V", "mm"});
+  // TDS and TBS: facts stand beside the rows; a file for each channel, here beside each other.
+  all.push_back({"TektronixBeside", "both.csv",
+                 rows("",
+                      [&](int k) {
+                        const std::vector<std::string> head{"Record Length,2.000000e+02",
+                                                            "Sample Interval,1.000000e-03",
+                                                            "Trigger Point,1.000000e+02",
+                                                            "",
+                                                            "Source,CH{}",
+                                                            "Vertical Units,{}",
+                                                            "Horizontal Units,s"};
+                        const auto i = static_cast<std::size_t>(k);
+                        const auto fact = [&](const char* source, const char* unit) {
+                          if (i >= head.size() || head[i].empty()) return std::string(",");
+                          return fmt::format(fmt::runtime(head[i]), k == 4 ? source : unit);
+                        };
+                        return fmt::format("{},,{:.11f},{:.5f},,{},,{:.11f},{:.5f},\n", fact("1", "V"), seconds(k),
+                                           volts(k), fact("2", "mm"), seconds(k), place(k));
+                      }),
+                 "V", "mm"});
+  all.push_back({"LeCroy", "wave.csv",
+                 rows("LECROYHDO4104,30152,Waveform\nSegments,1,SegmentSize,200\nSegment,TrigTime,TimeSinceSegment1\n"
+                      "#1,28-Dec-2020 13:34:10,0\nTime,Ampl1,Ampl2\n",
+                      scope_row),
+                 "", "", 0.1});
   all.push_back({"Canape", "canape.csv",
                  rows("timestamps,Valve,Rod\nsec,V,mm\n,,\n",
                       [&](int k) { return fmt::format("{:.6f},{:.6f},{:.6f}\n", seconds(k), volts(k), place(k)); }),
@@ -262,6 +319,31 @@ TEST_P(OtherProgram, IsReadAsItsRecordOrAskedAbout) {
     EXPECT_NE(std::string(error.what()).find(program.asked), std::string::npos) << error.what();
   }
   expect_record(import_record(path, program.answer));
+}
+
+TEST(Scope, WithAFileForEachChannelHasACommandThatPutsThemBesideEachOther) {
+  test::TemporaryFolder folder;
+  const auto one = [&](const std::string& name, double (*value)(int)) {
+    return folder.write(name, rows("LECROYHDO4104,30152,Waveform\r\nSegments,1,SegmentSize,200\r\n"
+                                   "Segment,TrigTime,TimeSinceSegment1\r\n#1,28-Dec-2020 13:34:10,0\r\nTime,Ampl\r\n",
+                                   [&](int k) { return fmt::format("{:.4f},{:.4f}\r\n", kStep_s * k, value(k)); }));
+  };
+  const auto first = one("C1.csv", volts);
+  const auto second = one("C2.csv", place);
+  std::string refusal;
+  try {
+    static_cast<void>(import_record(first, {}));
+  } catch (const DataError& error) {
+    refusal = error.what();
+  }
+  const std::size_t begin = refusal.find("`paste");
+  ASSERT_NE(begin, std::string::npos) << refusal;
+  std::string command = refusal.substr(begin + 1, refusal.find('`', begin + 1) - begin - 1);
+  command.replace(command.find("OTHER"), 5, second.string());
+  ASSERT_EQ(std::system(fmt::format("cd '{}' && {}", folder.path().string(), command).c_str()), 0) << command;
+  const Imported imported = import_record(folder.path() / "C1-both.csv", {});
+  EXPECT_NEAR(imported.record.output[7], place(7), 1e-3);
+  EXPECT_NEAR(imported.record.input[7], volts(7), 1e-3);
 }
 
 TEST(WinCC, IsRefusedWithACommandThatMakesColumnsOfItsRows) {
