@@ -18,7 +18,7 @@ struct LengthUnit {
 
 /// The units of length for displayed results.
 inline constexpr std::array kLengthUnits =
-    std::to_array<LengthUnit>({{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
+    std::to_array<LengthUnit>({{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
 
 /// Whether `unit` is one of kLengthUnits; "in/s" is not.
 [[nodiscard]] inline bool is_length(std::string_view unit) {
@@ -57,5 +57,28 @@ class DisplayUnit {
 
   std::string name_ = {};  ///< empty: as the record
 };
+
+/// Units of voltage and of current: name, kind, size in V or A.
+struct ElectricUnit {
+  std::string_view name;
+  char kind;
+  double size;
+};
+inline constexpr std::array kElectricUnits = std::to_array<ElectricUnit>(
+    {{"V", 'V', 1.0}, {"mV", 'V', 1e-3}, {"kV", 'V', 1e3}, {"A", 'A', 1.0}, {"mA", 'A', 1e-3}});
+
+/// The number of units `to` in one unit `from`, both lengths, voltages or currents, or the same; none for others.
+[[nodiscard]] inline std::optional<double> unit_factor(const std::string& from, const std::string& to) {
+  if (from == to) return 1.0;
+  if (is_length(from) && is_length(to)) return DisplayUnit(to).factor(from);
+  const auto electric = [](std::string_view name) {
+    return std::find_if(kElectricUnits.begin(), kElectricUnits.end(),
+                        [&](const auto& unit) { return unit.name == name; });
+  };
+  const auto a = electric(from);
+  const auto b = electric(to);
+  if (a == kElectricUnits.end() || b == kElectricUnits.end() || a->kind != b->kind) return std::nullopt;
+  return a->size / b->size;
+}
 
 }  // namespace eha

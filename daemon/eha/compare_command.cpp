@@ -130,6 +130,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   for (std::size_t i = 0; i < models.size() && !sources.empty(); ++i) {
     models[i] = identify::in_units_of(sources.front(), std::move(models[i]), files[i]);
   }
+  if (sources.empty()) models = identify::in_units_of_first(std::move(models), files);
 
   const DisplayUnit unit = console.unit(sources.empty() ? rig_units_of_model(files.front()) : sources.front().units);
   std::vector<ident::Model> shown_models;

@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "core/display_unit.hpp"
+#include "core/unit_names.hpp"
 
 namespace eha::cli {
 
@@ -22,9 +23,9 @@ namespace eha::cli {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  while (text.starts_with(' ')) text.remove_prefix(1);
+  const std::string written = known_unit(text).value_or("");
   for (const LengthUnit& unit : kLengthUnits) {
-    if (unit.name == text) return value * unit.metres / kInch;
+    if (unit.name == written) return value * unit.metres / kInch;
   }
   return std::nullopt;
 }
@@ -41,7 +42,8 @@ namespace eha::cli {
 [[nodiscard]] inline std::string unit_of_length(std::string_view text) {
   const std::size_t end = text.find_last_of("0123456789. ");
   text.remove_prefix(end == std::string_view::npos ? 0 : end + 1);
-  return is_length(text) ? std::string(text) : std::string();
+  const std::string unit = known_unit(text).value_or("");
+  return is_length(unit) ? unit : std::string();
 }
 
 }  // namespace eha::cli

@@ -10,6 +10,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/verdict.hpp"
@@ -94,25 +95,6 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
 double error_on(const ident::Model& model, const Source& source, const ident::FitOptions& options) {
   const ident::ValidationReport report = ident::validate(model, source.record, options);
   return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
-}
-
-/// The records in the units of the first: lengths are converted. @throws DataError  other units differ
-std::vector<Source> in_units_of_first(std::vector<Source> sources) {
-  const Source first = sources.front();
-  for (Source& source : sources) {
-    const ident::Record& a = first.record;
-    ident::Record& b = source.record;
-    const DisplayUnit unit(a.output_channel.unit);
-    if (a.input_channel.unit != b.input_channel.unit || a.output_channel.unit != unit.of(b.output_channel.unit)) {
-      throw DataError(fmt::format(
-          "{} is in {} and {}, {} in {} and {}; expected the same units, or outputs that are lengths (mm, cm, m, in)",
-          source.name, b.input_channel.unit, b.output_channel.unit, first.name, a.input_channel.unit,
-          a.output_channel.unit));
-    }
-    b.output *= unit.factor(b.output_channel.unit);
-    b.output_channel.unit = a.output_channel.unit;
-  }
-  return sources;
 }
 
 /// How many times a step holds another, at least once; 0 where it is no whole number of times.

@@ -10,108 +10,11 @@
 
 #include "core/terminal_text.hpp"
 #include "core/text.hpp"
+#include "core/unit_names.hpp"
 #include "daemon/importer/text_lines.hpp"
 
 namespace eha::importer {
 namespace {
-
-struct Spelling {
-  std::string_view written;
-  std::string_view unit;
-};
-
-/// Units of voltage, current, length, angle, pressure, force, time and ratio, and other spellings of them.
-constexpr std::array kUnits = std::to_array<Spelling>({
-    {"V", "V"},
-    {"mV", "mV"},
-    {"kV", "kV"},
-    {"A", "A"},
-    {"mA", "mA"},
-    {"%", "%"},
-    {"in", "in"},
-    {"mm", "mm"},
-    {"cm", "cm"},
-    {"dm", "dm"},
-    {"m", "m"},
-    {"um", "um"},
-    {"\xC2\xB5m", "um"},
-    {"ft", "ft"},
-    {"deg", "deg"},
-    {"rad", "rad"},
-    {"bar", "bar"},
-    {"psi", "psi"},
-    {"mbar", "mbar"},
-    {"Pa", "Pa"},
-    {"hPa", "hPa"},
-    {"kPa", "kPa"},
-    {"MPa", "MPa"},
-    {"N", "N"},
-    {"kN", "kN"},
-    {"daN", "daN"},
-    {"lbf", "lbf"},
-    {"kgf", "kgf"},
-    {"s", "s"},
-    {"ms", "ms"},
-    {"us", "us"},
-    {"ns", "ns"},
-    {"min", "min"},
-    {"h", "h"},
-    {"Hz", "Hz"},
-    {"volt", "V"},
-    {"VDC", "V"},
-    {"MM", "mm"},
-    {"volts", "V"},
-    {"ampere", "A"},
-    {"amps", "A"},
-    {"inch", "in"},
-    {"inches", "in"},
-    {"\"", "in"},
-    {"sec", "s"},
-    {"secs", "s"},
-    {"second", "s"},
-    {"seconds", "s"},
-    {"sek", "s"},
-    {"sekunde", "s"},
-    {"sekunden", "s"},
-    {"msec", "ms"},
-    {"msecs", "ms"},
-    {"millis", "ms"},
-    {"millisecond", "ms"},
-    {"millisekunde", "ms"},
-    {"millisekunden", "ms"},
-    {"usec", "us"},
-    {"usecs", "us"},
-    {"micros", "us"},
-    {"microsecond", "us"},
-    {"microseconds", "us"},
-    {"mikrosekunde", "us"},
-    {"mikrosekunden", "us"},
-    {"minute", "min"},
-    {"minutes", "min"},
-    {"minuten", "min"},
-    {"percent", "%"},
-    {"metre", "m"},
-    {"meter", "m"},
-    {"millimeter", "mm"},
-    {"millimetre", "mm"},
-    {"millimeters", "mm"},
-    {"millimetres", "mm"},
-    {"milliseconds", "ms"},
-    {"degrees", "deg"},
-    {"\xC2\xB0", "deg"},
-    {"\xC2\xB5s", "us"},
-    {"\xC2\xB0"
-     "C",
-     "\xC2\xB0"
-     "C"},
-    {"degC", "degC"},
-    {"degF", "degF"},
-    {"\xC2\xB0"
-     "F",
-     "\xC2\xB0"
-     "F"},
-    {"l/min", "l/min"},
-});
 
 constexpr std::array kTimeNames = std::to_array<std::string_view>(
     {"t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "seconds", "sec", "sekunden", "tout"});
@@ -131,6 +34,8 @@ constexpr std::array kPlaceNames = std::to_array<std::string_view>(
     {"displacement", "position", "pos", "weg", "hub", "stroke", "kolben", "rod", "travel", "lage"});
 constexpr std::array kValveNames = std::to_array<std::string_view>(
     {"valve", "ventil", "stell", "spannung", "voltage", "strom", "servo", "spool", "u"});
+constexpr std::array kPressureNames =
+    std::to_array<std::string_view>({"pressure", "druck", "pression", "force", "kraft", "load"});
 /// Of a temperature; those of oil are, beside a T.
 constexpr std::array kTemperatureNames = std::to_array<std::string_view>({"temperatur", "oiltemp", "öltemp"});
 constexpr std::array kOilNames = std::to_array<std::string_view>({"oil", "oel", "öl", "Öl", "huile", "tank"});
@@ -202,14 +107,28 @@ std::optional<std::string> unit_word_of_time(std::string_view label) {
   return has_word(words_of(label.substr(0, blank)), kTimeNames) ? unit : std::nullopt;
 }
 
-/// The place that a control loop is to reach: "Soll", "Ch 1 Command [mm]", but not "Ventil Soll [V]".
-bool is_set_point(const std::vector<std::string>& words, std::string_view unit) {
-  if (holds(kInputUnits, unit)) return false;
-  if (has_word(words, kPlaceDemandNames) && (holds(kOutputUnits, unit) || has_word(words, kPlaceNames))) return true;
+/// "Soll", "Set point", but not "Ventil Soll".
+bool names_set_point(const std::vector<std::string>& words) {
   const bool has_set_point = std::adjacent_find(words.begin(), words.end(), [](const auto& a, const auto& b) {
                                return a == "set" && b == "point";
                              }) != words.end();
   return (has_set_point || has_word(words, kSetPointNames)) && !has_word(words, kValveNames);
+}
+
+/// A set point in volts: a demand of a place, but no command, which may be the valve's.
+bool is_demand_as_input(const std::vector<std::string>& words, std::string_view unit) {
+  constexpr std::array kDemands =
+      std::to_array<std::string_view>({"demand", "reference", "ref", "target", "w", "sp", "sollwert"});
+  if (!holds(kInputUnits, unit) || has_word(words, kValveNames)) return false;
+  return names_set_point(words) || has_word(words, kDemands) ||
+         (has_word(words, kPlaceDemandNames) && has_word(words, kPlaceNames));
+}
+
+/// The place that a control loop is to reach: "Soll", "Ch 1 Command [mm]", but not "Ventil Soll [V]".
+bool is_set_point(const std::vector<std::string>& words, std::string_view unit) {
+  if (holds(kInputUnits, unit)) return false;
+  if (has_word(words, kPlaceDemandNames) && (holds(kOutputUnits, unit) || has_word(words, kPlaceNames))) return true;
+  return names_set_point(words);
 }
 
 bool is_bracketed(std::string_view text) {
@@ -230,24 +149,10 @@ std::string_view telling_field(std::string_view name) {
 
 }  // namespace
 
-std::optional<std::string> known_unit(std::string_view text) {
-  text = trimmed(text);
-  for (const Spelling& spelling : kUnits) {
-    if (text == spelling.written) return std::string(spelling.unit);
-  }
-  // Written out, the case does not matter: Volt, SECONDS. Of short ones it does: mm and Mm, s and S.
-  constexpr std::size_t kShortestWord = 3;
-  const std::string small = lower(text);
-  for (const Spelling& spelling : kUnits) {
-    if (small.size() >= kShortestWord && small == spelling.written) return std::string(spelling.unit);
-  }
-  return std::nullopt;
-}
-
 std::string unit_meant(std::string_view text) {
   if (known_unit(text)) return {};
   const std::string small = lower(text);
-  for (const Spelling& spelling : kUnits) {
+  for (const units::Spelling& spelling : units::kSpellings) {
     if (small == lower(spelling.unit)) return std::string(spelling.unit);
   }
   // Of the keys beside m; nm, km and others are lengths of their own.
@@ -267,6 +172,15 @@ std::string unit_of(std::string_view field) {
   return known_unit(field).value_or(std::string(field));
 }
 
+namespace {
+
+/// Behind a name that is of no input, "piston_v" is a velocity.
+bool is_velocity(std::string_view name, std::string_view unit) {
+  return trimmed(unit) == "v" && !has_word(words_of(name), kInputNames);
+}
+
+}  // namespace
+
 std::pair<std::string, std::string> name_and_unit(std::string_view label) {
   label = trimmed(label);
   if (!label.empty() && (label.back() == ']' || label.back() == ')')) {
@@ -278,7 +192,8 @@ std::pair<std::string, std::string> name_and_unit(std::string_view label) {
   for (const std::string_view separator : {"/", " in ", "_", ",", ";"}) {
     const std::size_t at = label.rfind(separator);
     if (at == std::string_view::npos || at == 0) continue;
-    if (const auto unit = known_unit(label.substr(at + separator.size()))) {
+    const std::string_view written = label.substr(at + separator.size());
+    if (const auto unit = known_unit(written); unit && !is_velocity(label.substr(0, at), written)) {
       return {std::string(trimmed(label.substr(0, at))), *unit};
     }
   }
@@ -325,9 +240,12 @@ Hints hints_of(std::string_view name, std::string_view unit) {
     hints.is_beside = true;
     hints.is_set_point = true;
   }
+  hints.is_demand_as_input = is_demand_as_input(words, unit);
+  hints.is_pressure = holds(kForceUnits, unit) || has_word(words, kPressureNames);
   hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
   const bool is_named =
       has_word(words, kTemperatureNames) || holds(words, "temp") || (holds(words, "t") && has_word(words, kOilNames));
+  hints.names_temperature = is_named || holds(kTemperatureUnits, unit);
   if (holds(kTemperatureUnits, unit) || (is_named && unit.empty())) {
     hints.time = 0;
     hints.is_temperature = true;

@@ -8,12 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "core/unit_names.hpp"
+
 namespace eha::importer {
 
-/// A unit as the project writes it ("Volt" is V, "[mm]" is mm, "sec" is s); none when the text is no unit it knows.
-[[nodiscard]] std::optional<std::string> known_unit(std::string_view text);
-
-/// The unit that a mistyped one is likely to mean: "mn" mm, "mv" mV; empty for a known one and where nothing is likely.
+/// The unit that a mistyped one is likely to mean: "mn" mm, "Mm" mm; empty for a known one and where nothing is likely.
 [[nodiscard]] std::string unit_meant(std::string_view text);
 
 /// Whether a field of a row below the header can be a unit: a known one, anything in brackets, "-" or nothing.
@@ -50,9 +49,13 @@ struct Hints {
   int index = 0;  ///< 0 or 2: a column that numbers the rows
   /// A set point of the rod's place, a force, a pressure or a temperature: no input that is taken unasked.
   bool is_beside = false;
-  bool is_set_point = false;    ///< of the rod's place: no output that is taken unasked
-  bool is_temperature = false;  ///< never the time
-  bool is_letter_t = false;     ///< "T" without a unit: a temperature beside a clock, else what its values say
+  bool is_set_point = false;  ///< of the rod's place: no output that is taken unasked
+  /// Named as a set point, in a unit of an input: one where another column is the input, as a controller's output is.
+  bool is_demand_as_input = false;
+  bool is_pressure = false;        ///< or a force
+  bool is_temperature = false;     ///< never the time
+  bool names_temperature = false;  ///< whatever its unit
+  bool is_letter_t = false;        ///< "T" without a unit: a temperature beside a clock, else what its values say
 };
 [[nodiscard]] Hints hints_of(std::string_view name, std::string_view unit);
 

@@ -103,6 +103,19 @@ void CsvFields::add(void* field, std::size_t length, void* self) {
   fields.ends_.push_back(fields.text_.size());
 }
 
+namespace {
+
+/// `x ["]` as `x [in]`; empty where a line has none such.
+std::string with_inches_named(std::string_view line) {
+  std::string named(line);
+  for (const auto& [sign, name] : {std::pair("[\"]", "[in]"), {"(\")", "(in)"}}) {
+    for (std::size_t at = named.find(sign); at != std::string::npos; at = named.find(sign)) named.replace(at, 3, name);
+  }
+  return named == line ? "" : named;
+}
+
+}  // namespace
+
 bool CsvFields::split(std::string_view line) {
   if (line.find_first_of("\xA0\xAF") != std::string_view::npos) {
     cleaned_ = without_no_break_spaces(line);
@@ -120,7 +133,9 @@ bool CsvFields::split(std::string_view line) {
     start_parser();
     text_.clear();
     ends_.clear();
-    return false;
+    // As a unit in brackets the sign is no quotation mark.
+    std::string named = with_inches_named(line);
+    return !named.empty() && split(named);
   }
   while (true) {
     const std::size_t begin = line.find_first_not_of(" \t");

@@ -120,7 +120,11 @@ std::optional<std::size_t> set_point_beside(const Table& table, const Roles& rol
   const std::vector<Column>& columns = table.columns();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (i == roles.input || i == roles.output || i == roles.time || !columns[i].is_number) continue;
-    if (hints_of(columns[i].name, columns[i].unit).is_set_point) return i;
+    const Hints hints = hints_of(columns[i].name, columns[i].unit);
+    const std::vector<double>& sample = columns[i].sample;
+    const auto moves = [&](double x) { return std::abs(x - sample.front()) > 0.0; };
+    // A reference in volts that never moves is a sensor's supply.
+    if (hints.is_set_point || (hints.is_demand_as_input && std::any_of(sample.begin(), sample.end(), moves))) return i;
   }
   return std::nullopt;
 }
@@ -422,6 +426,10 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.values = record.input;
   input.series.step_s = record.step_s;
   input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
+  if (!unit.empty() && !input.series.channel.unit.empty()) {
+    input.series.values *= unit_factor(input.series.channel.unit, unit).value_or(1.0);
+    input.series.channel.unit = unit;
+  }
   input.guess = guess_text(*table, roles, path, record);
   if (std::string remark = remark_on_pace(record.step_s, "", path); !remark.empty()) input.remarks.push_back(remark);
   return input;

@@ -49,8 +49,9 @@ struct ImportedInput {
   std::vector<std::string> remarks = {};
 };
 
-/// Reads an input. @param unit  of the model's input: of several columns the one in it is taken; empty: any
-/// @throws DataError  also when the input is in another unit
+/// Reads an input. @param unit  of the model's input, to which the values are converted: of several columns the one in
+/// it is taken; empty: any
+/// @throws DataError  also when the input is in a unit of another kind
 [[nodiscard]] ImportedInput import_input(const std::filesystem::path& path, const Options& options,
                                          const std::string& unit, const Progress& progress = {});
 

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <system_error>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "core/text.hpp"
@@ -30,6 +31,23 @@ std::string comparable(std::string_view name) {
   std::string result(name);
   std::replace(result.begin(), result.end(), '/', '.');
   return result;
+}
+
+/// For the example of a question: a place before a pressure, and a temperature last.
+int rank_as_output(const Hints& hints) {
+  if (hints.names_temperature) return -2;
+  if (hints.is_set_point || hints.is_demand_as_input) return -1;
+  if (hints.output > hints.input) return 4;
+  if (hints.is_pressure) return 3;
+  return hints.input > hints.output ? 1 : 2;
+}
+
+int rank_as_input(const Hints& hints) {
+  if (hints.names_temperature) return -2;
+  if (hints.is_set_point || hints.is_demand_as_input) return -1;
+  if (hints.input > hints.output) return 4;
+  if (hints.is_pressure) return 1;
+  return hints.output > hints.input ? 2 : 3;
 }
 
 class Finder {
@@ -79,7 +97,7 @@ class Finder {
     if (!times_.empty() && roles.time) roles.time = time_before(roles.input);
     roles.time_unit_assumed = is_unit_assumed(roles);
     const Column& column = columns_[roles.input];
-    if (!unit.empty() && !column.unit.empty() && column.unit != unit) {
+    if (!unit.empty() && !column.unit.empty() && !unit_factor(column.unit, unit)) {
       fail(
           fmt::format("column {} is in {}, the model's input is in {}; give the input in {}, in a column whose header "
                       "says so (such as u_{})",
@@ -253,8 +271,13 @@ class Finder {
                        roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : "", thousands()) +
            two_files(left));
     }
-    const auto input_strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
-    const auto output_strength = [&](std::size_t i) { return hints_[i].output - hints_[i].input; };
+    // Of two in volts the set point is not what the controller made of it.
+    const auto input_strength = [&](std::size_t i) {
+      return 2 * (hints_[i].input - hints_[i].output) - (hints_[i].is_demand_as_input ? 1 : 0);
+    };
+    const auto output_strength = [&](std::size_t i) {
+      return 2 * (hints_[i].output - hints_[i].input) - (hints_[i].is_demand_as_input ? 1 : 0);
+    };
     std::optional<std::size_t> best_input = input ? input : only(strongest(left, input_strength), input_strength);
     std::optional<std::size_t> best_output = output ? output : only(strongest(left, output_strength), output_strength);
     const bool is_one_pair = left.size() == missing;
@@ -323,20 +346,22 @@ class Finder {
 
   [[noreturn]] void ask(const Roles& roles, const std::vector<std::size_t>& left, std::optional<std::size_t> input,
                         std::optional<std::size_t> output) const {
-    // An example that works: what is known, and for the rest the first columns in order.
+    // An example that works: what is known, and for the rest the likeliest columns, the first of equal ones.
     if (input && output && *input == *output) output.reset();
-    const auto next_free = [&](std::optional<std::size_t> taken) {
+    const auto next_free = [&](std::optional<std::size_t> taken, const auto& rank) {
       const auto is_filled = [&](std::size_t i) {
         const std::vector<double>& sample = columns_[i].sample;
         const auto missing = std::count_if(sample.begin(), sample.end(), [](double x) { return std::isnan(x); });
-        return taken != i && 2 * missing <= static_cast<std::ptrdiff_t>(sample.size());
+        return 2 * missing <= static_cast<std::ptrdiff_t>(sample.size());
       };
-      const auto found = std::find_if(left.begin(), left.end(), is_filled);
-      return found != left.end() ? *found
-                                 : *std::find_if(left.begin(), left.end(), [&](std::size_t i) { return taken != i; });
+      std::vector<std::size_t> free;
+      std::copy_if(left.begin(), left.end(), std::back_inserter(free), [&](std::size_t i) { return taken != i; });
+      return *std::max_element(free.begin(), free.end(), [&](std::size_t a, std::size_t b) {
+        return std::pair(is_filled(a), rank(a)) < std::pair(is_filled(b), rank(b));
+      });
     };
-    if (!input) input = next_free(output);
-    if (!output) output = next_free(input);
+    if (!input) input = next_free(output, [&](std::size_t i) { return rank_as_input(hints_[i]); });
+    if (!output) output = next_free(input, [&](std::size_t i) { return rank_as_output(hints_[i]); });
     std::string extra;
     if (roles.time && !options_.time && times_.empty()) extra += fmt::format("--time {} ", *roles.time + 1);
     if (!options_.input) extra += fmt::format("--input {} ", *input + 1);
@@ -351,6 +376,10 @@ class Finder {
     std::vector<std::size_t> fitting;
     std::copy_if(left.begin(), left.end(), std::back_inserter(fitting),
                  [&](std::size_t i) { return !unit.empty() && columns_[i].unit == unit; });
+    if (fitting.empty()) {
+      std::copy_if(left.begin(), left.end(), std::back_inserter(fitting),
+                   [&](std::size_t i) { return !unit.empty() && unit_factor(columns_[i].unit, unit); });
+    }
     if (fitting.size() == 1) return fitting.front();
     const auto strength = [&](std::size_t i) { return hints_[i].input - hints_[i].output; };
     if (fitting.size() > 1) {

@@ -38,7 +38,7 @@ inline constexpr std::string_view kFilledColumn = "filled";
 [[nodiscard]] Roles find_record(Table& table, const std::filesystem::path& path, const Options& options);
 
 /// Finds time and input for a model. @param unit  of the model's input: of several columns the one in it is taken, and
-/// one in another unit is refused; empty: any
+/// one in a unit of another kind is refused; empty: any
 [[nodiscard]] Roles find_input(Table& table, const std::filesystem::path& path, const Options& options,
                                const std::string& unit);
 

@@ -6,13 +6,14 @@
 #include <iterator>
 #include <string>
 
+#include "core/unit_names.hpp"
 #include "daemon/record/csv_field.hpp"
 
 namespace eha::record {
 ident::Channel channel_from_header(std::string_view name) {
   const std::size_t bar = name.rfind('_');
   if (bar == std::string_view::npos || bar == 0 || bar + 1 == name.size()) return {std::string(name), ""};
-  return {std::string(name.substr(0, bar)), std::string(name.substr(bar + 1))};
+  return {std::string(name.substr(0, bar)), unit_as_written_here(std::string(name.substr(bar + 1)))};
 }
 
 std::string header_from_channel(const ident::Channel& channel) {

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/unit_names.hpp"
 #include "ident/model/earlier_files.hpp"
 #include "ident/model/grey_box_output.hpp"
 #include "ident/model/model_file.hpp"
@@ -420,6 +421,8 @@ Model read_model(const Node& node, const std::string& file_name) {
     const Node units = object.at("units").object({"input", "output", "time"});
     units.read("input", model.input_unit);
     units.read("output", model.output_unit);
+    model.input_unit = unit_as_written_here(model.input_unit);
+    model.output_unit = unit_as_written_here(model.output_unit);
     std::string time = "s";
     units.read("time", time);
     if (time != "s") units.at("time").refuse("\"s\"");

@@ -15,6 +15,7 @@ Source source_in(const std::string& input, const std::string& output) {
   source.record.step_s = 0.1;
   source.record.input = Eigen::VectorXd::LinSpaced(20, 0.0, 2.0);
   source.record.input_channel.unit = input;
+  source.record.output = source.record.input;
   source.record.output_channel.unit = output;
   return source;
 }
@@ -41,7 +42,35 @@ TEST(RecordUnits, KeepAModelWhoseUnitTheRecordHasOrDoesNotName) {
   EXPECT_EQ(in_units_of(source_in("", ""), model_in_inches(), "model.json").initial_output, 3.0);
 }
 
-TEST(RecordUnits, RefuseWhatIsNoLength) {
+TEST(RecordUnits, ConvertMillivoltsAndMicrometres) {
+  ident::Model model = model_in_inches();
+  model.input_bias = 0.1;
+  Source source = source_in("mV", "um");
+  source.record.input *= 1000.0;
+  const ident::Model converted = in_units_of(source, model, "model.json");
+  EXPECT_EQ(converted.input_unit, "mV");
+  EXPECT_EQ(converted.output_unit, "um");
+  const Eigen::VectorXd inches = ident::simulate(model, source.record.input / 1000.0, source.record.step_s);
+  const Eigen::VectorXd micrometres = ident::simulate(converted, source.record.input, source.record.step_s);
+  EXPECT_LT((micrometres - 25400.0 * inches).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(RecordUnits, ConvertModelsAndRecordsToTheFirst) {
+  ident::Model other = model_in_inches();
+  other.input_unit = "mV";
+  other.output_unit = "mm";
+  const auto models = in_units_of_first(std::vector{model_in_inches(), other}, {"a.json", "b.json"});
+  EXPECT_EQ(models[1].input_unit, "V");
+  EXPECT_NEAR(models[1].transfer_function.numerator[0].coefficient, 0.5 * 1000.0 / 25.4, 1e-9);
+  other.output_unit = "bar";
+  EXPECT_THROW(static_cast<void>(in_units_of_first(std::vector{model_in_inches(), other}, {"a.json", "b.json"})),
+               DataError);
+  const auto sources = in_units_of_first(std::vector{source_in("V", "in"), source_in("mV", "mm")});
+  EXPECT_NEAR(sources[1].record.input[19], 0.002, 1e-12);
+  EXPECT_EQ(sources[1].record.output_channel.unit, "in");
+}
+
+TEST(RecordUnits, RefuseWhatIsOfAnotherKind) {
   EXPECT_THROW(static_cast<void>(in_units_of(source_in("V", "bar"), model_in_inches(), "model.json")), DataError);
   EXPECT_THROW(static_cast<void>(in_units_of(source_in("mA", "in"), model_in_inches(), "model.json")), DataError);
   try {
@@ -50,7 +79,7 @@ TEST(RecordUnits, RefuseWhatIsNoLength) {
     EXPECT_STREQ(
         error.what(),
         "model.json is a model from V to in, and record.csv is a record in V and bar; expected the same units, "
-        "or outputs that are lengths");
+        "or such as can be converted: lengths, volts and mV, A and mA");
   }
 }
 

@@ -62,6 +62,31 @@ TEST_F(ImportedFile, HasASetPointBesideSoThatItsLoopWasClosed) {
       << fmt::format("{}", fmt::join(imported.remarks, "\n"));
 }
 
+TEST_F(ImportedFile, HasASetPointInVoltsBesideSoThatItsLoopWasClosed) {
+  const auto rows = [](int k) {
+    return fmt::format("{:.4f},{:.5f},{:.5f},{:.5f}", 0.01 * k, 5.0 + std::sin(0.1 * k), Rig::volts(k), Rig::place(k));
+  };
+  const auto is_of_loop = [](const std::string& header, const auto& row) {
+    test::TemporaryFolder folder;
+    return import_record(folder.write("loop.csv", Rig::rows(header, row)), {}).is_closed_loop;
+  };
+  for (const char* set_point :
+       {"Setpoint [V]", "Sollwert [V]", "Set point (V)", "Reference [V]", "Position command [V]"}) {
+    for (const char* input : {"Valve [V]", "Control [V]", "u [V]"}) {
+      const auto path = write("loop.csv", Rig::rows(fmt::format("t [s],{},{},Rod [mm]\n", set_point, input), rows));
+      const Imported imported = import_record(path, {});
+      EXPECT_TRUE(imported.is_closed_loop) << imported.guess;
+      EXPECT_NE(imported.guess.find(fmt::format("input 3 \"{}\"", input)), std::string::npos) << imported.guess;
+      ASSERT_FALSE(imported.remarks.empty());
+      EXPECT_NE(imported.remarks[0].find(set_point), std::string::npos) << imported.remarks[0];
+    }
+  }
+  EXPECT_FALSE(is_of_loop("t [s],Command [V],Spool current [mA],Rod [mm]\n", rows)) << "the valve's command";
+  EXPECT_FALSE(is_of_loop("t [s],Ref [V],Valve [V],Rod [mm]\n", [](int k) {
+    return fmt::format("{:.4f},5.0,{:.5f},{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k));
+  })) << "a sensor's supply";
+}
+
 TEST_F(ImportedFile, HasUnitsInARowOfOtherWords) {
   const std::string head =
       "Vendor,X\nSampling interval,100ms\nNumber,Date&Time,ms,CH1,CH2,Alarm\nNO.,Time,ms,V,mm,A1\n";

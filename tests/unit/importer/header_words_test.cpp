@@ -141,9 +141,50 @@ TEST(Numbers, MayHaveFortransExponent) {
   EXPECT_DOUBLE_EQ(imported.record.output[3], 75.0037);
 }
 
+TEST(KnownUnit, HasOneSpellingForEachUnit) {
+  for (const auto& [written, unit] : std::vector<std::pair<std::string, std::string>>{{"inch", "in"},
+                                                                                      {"inches", "in"},
+                                                                                      {"Inch", "in"},
+                                                                                      {"\"", "in"},
+                                                                                      {"in", "in"},
+                                                                                      {"um", "um"},
+                                                                                      {"\u00b5m", "um"},
+                                                                                      {"\u03bcm", "um"},
+                                                                                      {"micron", "um"},
+                                                                                      {"mV", "mV"},
+                                                                                      {"mv", "mV"},
+                                                                                      {"v", "V"},
+                                                                                      {"V", "V"}}) {
+    EXPECT_EQ(known_unit(written), unit) << written;
+    EXPECT_EQ(record::channel_from_header("x_" + written).unit, unit) << written;
+  }
+  EXPECT_EQ(name_and_unit("u_v"), std::pair(std::string("u"), std::string("V")));
+  EXPECT_EQ(name_and_unit("piston_v").second, "") << "a velocity";
+}
+
+TEST_F(ImportedFile, NamesInchesByTheirSign) {
+  const Imported imported = import_record(
+      write("sign.csv", Rig::rows("t [s],u [V],x [\"]\n",
+                                  [](int k) {
+                                    return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, Rig::volts(k), Rig::place(k));
+                                  })),
+      {});
+  EXPECT_EQ(imported.record.output_channel.unit, "in") << imported.guess;
+  EXPECT_EQ(imported.record.output_channel.name, "x");
+}
+
+TEST_F(ImportedFile, IsConvertedToTheInputOfAModel) {
+  const ImportedInput input = import_input(
+      write("mv.csv", Rig::rows("t [s],u [mV]\n",
+                                [](int k) { return fmt::format("{:.2f},{:.1f}", 0.01 * k, 1e3 * Rig::volts(k)); })),
+      {}, "V");
+  EXPECT_EQ(input.series.channel.unit, "V");
+  EXPECT_NEAR(input.series.values[7], Rig::volts(7), 1e-3);
+}
+
 TEST(UnitMeant, IsThatOfASlipOfThePen) {
   for (const auto& [written, meant] : std::vector<std::pair<std::string, std::string>>{{"mn", "mm"},
-                                                                                       {"mv", "mV"},
+                                                                                       {"MV", "mV"},
                                                                                        {"Mm", "mm"},
                                                                                        {"mm", ""},
                                                                                        {"nm", ""},

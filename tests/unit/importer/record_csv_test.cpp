@@ -117,8 +117,8 @@ TEST(RecordCsv, NeverTakesACarriageReturnWithinALineForTheEndOfARow) {
 }
 
 TEST(RecordCsv, TakesAColumnNameInLatin1) {
-  EXPECT_EQ(read("time_s,Weg_\xB5m,y\n0,1,2\n1,1,2\n").input_channel.unit, "\xC2\xB5m");
-  EXPECT_EQ(read("time_s,Weg_\xC2\xB5m,y\n0,1,2\n1,1,2\n").input_channel.unit, "\xC2\xB5m");
+  EXPECT_EQ(read("time_s,Weg_\xB5m,y\n0,1,2\n1,1,2\n").input_channel.unit, "um");
+  EXPECT_EQ(read("time_s,Weg_\xC2\xB5m,y\n0,1,2\n1,1,2\n").input_channel.unit, "um");
 }
 
 TEST(RecordCsv, KeepsMessagesShortAndPrintableWhateverTheColumnsAreCalled) {

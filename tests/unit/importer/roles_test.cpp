@@ -140,5 +140,29 @@ TEST(Period, ReplacesTheTimeColumn) {
   EXPECT_EQ(record.output, Eigen::Vector2d(3.0, 4.0));
 }
 
+TEST(ExampleOfAQuestion, PrefersAPlaceOrAPressureToATemperature) {
+  const test::TemporaryFolder folder;
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"t [s],Valve A [V],Valve B [V],Oil temp [degC],Position left [mm],Position right [mm]", "--input 2 --output 5`"},
+      {"t [s],Temperature [degC],Valve [V],p A [bar],p B [bar]", "--output 4`"},
+      {"t [s],T1 [degC],Valve A [V],Valve B [V],Signal", "--output 5`"},
+      {"t [s],Oil temp [V],Valve A [V],Valve B [V],Rod [V],Lage [V]", "--output 5`"}};
+  for (const auto& [header, example] : files) {
+    std::string text = header + "\n";
+    const auto columns = std::count(header.begin(), header.end(), ',');
+    for (int k = 0; k < 60; ++k) {
+      text += fmt::format("{:.2f}", 0.01 * k);
+      for (int c = 0; c < columns; ++c) text += fmt::format(",{:.4f}", std::sin(0.1 * k * (c + 1)) + 0.01 * (k % 7));
+      text += "\n";
+    }
+    try {
+      static_cast<void>(import_record(folder.write("many.csv", text), {}));
+      ADD_FAILURE() << header;
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()).find(example), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace eha::importer

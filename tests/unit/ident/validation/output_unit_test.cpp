@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "ident/model/model_output.hpp"
+#include "ident/validation/input_unit.hpp"
 
 namespace eha::ident {
 namespace {
@@ -73,6 +74,25 @@ TEST(OutputUnit, BuildsTheSentencesInTheShownUnit) {
   without.verdict->criteria.clear();
   EXPECT_EQ(in_output_unit(without, "mm", kMillimetres).verdict->reasons[0], "A sentence of the file, 0.5 in.")
       << "of a file without criteria the sentence is all there is";
+}
+
+TEST(InputUnit, KeepsTheOutputOfTheSameInput) {
+  constexpr double kMillivolts = 1000.0;
+  Model volts = model_in_inches();
+  volts.past_input = {{-0.5, 0.0, 0.3}};
+  Model valve = volts;
+  valve.input_bias = 0.0;
+  valve.input_map = ValveMap{0.1, 0.2, 0.9};
+  const Eigen::VectorXd input = Eigen::VectorXd::LinSpaced(200, -1.0, 2.0);
+  for (const Model& model : {volts, valve}) {
+    const Model converted = in_input_unit(model, "mV", kMillivolts);
+    const Eigen::VectorXd a = simulate(model, input, 0.05, SimulationMethod::exact);
+    const Eigen::VectorXd b = simulate(converted, kMillivolts * input, 0.05, SimulationMethod::exact);
+    EXPECT_LT((b - a).cwiseAbs().maxCoeff(), 1e-9 * a.cwiseAbs().maxCoeff());
+    EXPECT_DOUBLE_EQ(converted.parameters[0].upper95, 0.52 / kMillivolts);
+    EXPECT_DOUBLE_EQ(converted.bode->gain_dB[0], -66.0);
+    EXPECT_EQ(converted.input_unit, "mV");
+  }
 }
 
 }  // namespace
