@@ -119,4 +119,19 @@ std::string SignEvidence::proof_by_whole_numbers() const {
   return {};
 }
 
+bool has_thousands_separator(std::string_view field) {
+  std::string digits;
+  int separators = 0;
+  for (const char c : field) {
+    if (c == '.' || c == ',' || c == ' ' || c == '\'' || static_cast<unsigned char>(c) >= 0x80) {
+      ++separators;
+    } else if ((c >= '0' && c <= '9') || c == '-' || c == '+') {
+      digits += c;
+    } else {
+      return false;
+    }
+  }
+  return separators > 0 && digits.size() > 3;
+}
+
 }  // namespace eha::importer

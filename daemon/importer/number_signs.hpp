@@ -19,6 +19,9 @@ struct NumberSigns {
 /// Whether `sign` separates groups of three digits, the first of one to three.
 [[nodiscard]] bool are_groups(std::string_view digits, char sign);
 
+/// Whether a text has digits in groups: "1.234,5", "1,234.5", "1 234,5" with any blank, "1'234.5".
+[[nodiscard]] bool has_thousands_separator(std::string_view field);
+
 /// Gathers what the numbers of a file tell about their signs. One file has one decimal sign.
 ///
 /// A sign before three digits and behind one to three that do not begin with 0 ("74,973") may be decimal or separate

@@ -21,6 +21,7 @@
 #include "daemon/importer/header_facts.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/importer/roles.hpp"
+#include "daemon/importer/split_clock.hpp"
 #include "daemon/importer/text_lines.hpp"
 #include "daemon/record/record_csv.hpp"
 
@@ -97,7 +98,7 @@ class TextTable final : public Table {
     while (const auto line = lines_.next()) {
       if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
       if (!fields.split(*line) || fields.size() <= column) continue;
-      const std::string_view field = fields[column];
+      const std::string_view field = cell(fields, column);
       double days = 0.0;
       if (columns_[column].is_clock) {
         if (const auto time_s = reader.seconds(field)) clock.add(*time_s, clock_quantum_s(field));
@@ -258,9 +259,28 @@ class TextTable final : public Table {
     for (std::size_t c = 0; c < dialect_.holds_facts.size(); ++c) {
       if (dialect_.holds_facts[c]) columns_[c].is_number = columns_[c].is_clock = false;
     }
+    join_split_clock(first);
     const auto leads = [](const Column& column) { return column.is_number || column.is_clock; };
     lead_ = static_cast<std::size_t>(std::find_if(columns_.begin(), columns_.end(), leads) - columns_.begin());
     if (lead_ == columns_.size()) lead_ = 0;
+  }
+
+  /// A field, or that of a clock with the milliseconds behind its comma.
+  [[nodiscard]] std::string_view cell(const CsvFields& fields, std::size_t column) const {
+    if (column != split_clock_ || column + 1 >= fields.size()) return fields[column];
+    joined_ = std::string(fields[column]) + "," + std::string(fields[column + 1]);
+    return joined_;
+  }
+
+  void join_split_clock(const std::vector<std::string>& first) {
+    std::vector<double> sample = sample_of_split_clock(first, dialect_, columns_, kSampledRows);
+    if (sample.empty()) return;
+    split_clock_ = 0;
+    columns_[0].sample = std::move(sample);
+    columns_[0].label = std::exchange(columns_[1].label, "");
+    columns_[0].name = std::exchange(columns_[1].name, "");
+    columns_[1].is_number = false;
+    columns_[1].sampled_text = "milliseconds";
   }
 
   /// The monitor of a serial port writes "14:03:07.300 -> 0.01" where the device sends "0.01".
@@ -327,7 +347,7 @@ class TextTable final : public Table {
     if (!fields.split(line) || fields.size() < dialect_.fields || fields.size() > dialect_.fields + 1) return false;
     return !is_word(fields[lead_]) &&
            std::all_of(selection.columns.begin(), selection.columns.end(), [&](std::size_t column) {
-             if (columns_[column].is_clock) return clock_seconds(fields[column]).has_value();
+             if (columns_[column].is_clock) return clock_seconds(cell(fields, column)).has_value();
              double ignored = 0.0;
              const NumberKind kind = parse_number(fields[column], dialect_.signs, ignored);
              return kind == NumberKind::finite || kind == NumberKind::missing;
@@ -363,7 +383,7 @@ class TextTable final : public Table {
 
   double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {
     const std::size_t column = selection.columns[i];
-    const std::string_view field = fields[column];
+    const std::string_view field = cell(fields, column);
     if (columns_[column].is_clock && !columns_[column].is_number) {
       if (const auto time_s = clock_.seconds(field)) {
         rows.time_decimals = clock_.decimals();
@@ -458,22 +478,6 @@ class TextTable final : public Table {
     return has_thousands_separator(field) ? "; a thousands separator? Write the numbers without one" : "";
   }
 
-  /// "1.234,5", "1,234.5", "1 234,5" with any blank, "1'234.5"
-  [[nodiscard]] static bool has_thousands_separator(std::string_view field) {
-    std::string digits;
-    int separators = 0;
-    for (const char c : field) {
-      if (c == '.' || c == ',' || c == ' ' || c == '\'' || static_cast<unsigned char>(c) >= 0x80) {
-        ++separators;
-      } else if ((c >= '0' && c <= '9') || c == '-' || c == '+') {
-        digits += c;
-      } else {
-        return false;
-      }
-    }
-    return separators > 0 && digits.size() > 3;
-  }
-
   static double in_seconds(double time, double unit_s) {
     // Dividing keeps a printed decimal number: 1.1 ms is the double nearest to 0.0011 s.
     return unit_s < 1.0 ? time / std::round(1.0 / unit_s) : time * unit_s;
@@ -502,6 +506,9 @@ class TextTable final : public Table {
   Options options_;
   TextLines lines_;
   Dialect dialect_;
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::size_t split_clock_ = kNone;  ///< a clock whose milliseconds are the next field
+  mutable std::string joined_;       ///< that clock of the row just read
   ClockReader clock_;
   SignEvidence evidence_{','};  ///< of the rows that are read, where the first lines do not tell the signs
   std::vector<Column> columns_;

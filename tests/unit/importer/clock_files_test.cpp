@@ -76,6 +76,16 @@ TEST_F(ImportedFile, IsReadByAClockThatTellsItsRowsApart) {
   }
 }
 
+TEST_F(ImportedFile, JoinsAClockThatItsOwnCommaParts) {
+  const auto path = write(
+      "log.csv", clock_rows([](int k) { return fmt::format("2026-03-01 14:03:{:02},{:03}", k / 100, k % 100 * 10); }));
+  const Imported imported = import_record(path, {});
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.01) << imported.guess;
+  EXPECT_EQ(imported.record.input.size(), Rig::kRows);
+  EXPECT_NEAR(imported.record.output[5], Rig::place(5), 1e-4);
+  EXPECT_NE(imported.guess.find("time 1 \"Time\" (a clock"), std::string::npos) << imported.guess;
+}
+
 TEST_F(ImportedFile, IsCutByTheSecondsOfItsClock) {
   const auto path = write("clock.csv", clock_rows([](int k) { return fmt::format("10:00:{:02}.{}", k / 10, k % 10); }));
   const Imported part = import_record(path, {.time = "Time", .from_s = 2.0, .to_s = 5.0});
