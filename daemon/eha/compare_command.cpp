@@ -123,6 +123,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   }
   console.end_progress();
   warn_of_one_run_twice(sources, console);
+  // Of several records these are among the notes of the comparison.
+  for (const std::string& sentence : files.empty() ? std::vector<std::string>() : identify::named_warnings(sources)) {
+    console.warning(sentence);
+  }
   for (const std::string& file : files) {
     if (!sources.empty()) warn_of_own_record(file, sources.front(), console);
   }

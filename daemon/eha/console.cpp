@@ -62,7 +62,9 @@ void Console::error(std::string_view text) const {
 }
 
 void Console::warning(std::string_view text) const {
-  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::warn("{}", line); });
+  const bool is_named = subject_.empty() || text.find(subject_) != std::string_view::npos;
+  const std::string whole = is_named ? std::string(text) : subject_ + ": " + std::string(text);
+  for_each_line(terminal_text(whole), [](std::string_view line) { spdlog::warn("{}", line); });
 }
 
 void Console::info(std::string_view text) const {

@@ -71,6 +71,10 @@ class Console {
   /// While set, print() prints nothing: for a command whose results are summarised by another one.
   void hide_results(bool hidden) noexcept { hides_results_ = hidden; }
 
+  /// What the warnings from now on are about, where a command is given several: each begins with it unless it names it
+  /// anyway. Empty: nothing.
+  void set_subject(std::string subject) { subject_ = std::move(subject); }
+
   /// Shows the progress of a run: on a terminal one line that the next call replaces, cut to its width; elsewhere a
   /// message every 30 s, the first after 30 s. end_progress() removes the line.
   void show_run(std::string_view line);
@@ -97,6 +101,7 @@ class Console {
 
   ConsoleOptions options_;
   std::string typed_unit_ = {};  ///< of a length on the command line; empty: none
+  std::string subject_ = {};     ///< see set_subject()
   bool bar_wanted_ = false;
   bool hides_results_ = false;
   std::ptrdiff_t drawn_lines_ = 0;                      ///< replaced by redraw()

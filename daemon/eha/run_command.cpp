@@ -349,10 +349,16 @@ ExitCode execute(const RunCommand& command, Console& console) {
   }
   // Checks all of them before the first one is played.
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+  const auto warn_of = [&](const std::string& file) {
+    if (!command.further_files.empty()) console.set_subject(file);
+  };
+  warn_of(command.experiment_file);
   std::vector<PlannedRun> planned{plan(command.experiment_file, command.text, rig, risk, console)};
   for (const std::string& file : command.further_files) {
+    warn_of(file);
     planned.push_back(plan(file, std::nullopt, rig, risk, console));
   }
+  console.set_subject("");
   require_local_rig_file(rig);
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
@@ -376,6 +382,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   ExitCode code = ExitCode::ok;
   for (const PlannedRun& one : planned) {
     console.print(one.file + ":");
+    warn_of(one.file);
     const auto [own, completed] = run_one(command, rig, one, console);
     if (code == ExitCode::ok) code = own;
     if (completed) continue;

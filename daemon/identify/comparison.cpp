@@ -234,8 +234,8 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
           fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
                       source.name, first.name));
     }
-    for (std::string& sentence : warnings(source)) comparison.notes.push_back(std::move(sentence));
   }
+  for (std::string& sentence : named_warnings(sources)) comparison.notes.push_back(std::move(sentence));
   ident::StructureOptions structure;
   structure.name = comparison.structure = "io_valve";
   structure.structure = ident::structures::behind_valve(ident::structures::io());

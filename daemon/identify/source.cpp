@@ -171,4 +171,16 @@ std::vector<std::string> warnings(const Source& source) {
   return sentences;
 }
 
+std::vector<std::string> named_warnings(const std::vector<Source>& sources) {
+  std::vector<std::string> named;
+  for (const Source& source : sources) {
+    std::vector<std::string> said = source.remarks;
+    for (std::string& sentence : warnings(source)) said.push_back(std::move(sentence));
+    for (const std::string& sentence : said) {
+      named.push_back(sentence.find(source.name) == std::string::npos ? source.name + ": " + sentence : sentence);
+    }
+  }
+  return named;
+}
+
 }  // namespace eha::identify

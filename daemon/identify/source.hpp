@@ -53,6 +53,9 @@ void take_input_as_straight(Source& source);
 /// sentence each.
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);
 
+/// Of several sources, all that is to be said of them: remarks and warnings, each with its source's name.
+[[nodiscard]] std::vector<std::string> named_warnings(const std::vector<Source>& sources);
+
 /// Reads a run folder, or a record from a file of any kind that the importer knows.
 /// @param experiment_file  replaces the run's own experiment
 /// @param options          of the import of a file; a run takes from_s and to_s, times of its record

@@ -37,5 +37,21 @@ TEST(Warnings, NameAnEndBeforeTime) {
   EXPECT_NE(sentences[0].find("runs/r did not complete (faulted)"), std::string::npos) << sentences[0];
 }
 
+TEST(Warnings, OfSeveralSourcesCarryTheirNames) {
+  Source first;
+  first.name = "a.csv";
+  first.record.output = Eigen::VectorXd::Zero(2000);
+  first.interpolated_rows = 3;
+  Source second = first;
+  second.name = "b.csv";
+  second.interpolated_rows = 0;
+  second.remarks = {"b.csv: the output rests", "the unit \"v\" is none"};
+  const auto sentences = named_warnings({first, second});
+  ASSERT_EQ(sentences.size(), 3U);
+  EXPECT_TRUE(sentences[0].starts_with("a.csv: 3 of 2000 rows")) << sentences[0];
+  EXPECT_EQ(sentences[1], "b.csv: the output rests");
+  EXPECT_EQ(sentences[2], "b.csv: the unit \"v\" is none");
+}
+
 }  // namespace
 }  // namespace eha::identify
