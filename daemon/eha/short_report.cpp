@@ -22,6 +22,7 @@
 #include "daemon/record/run_header.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -158,7 +159,7 @@ std::string what_it_is(const Model& model) {
     text += line("in figures", form);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))
-    text += line("largest error", fmt::format("{:.3g} {}", *error, model.output_unit));
+    text += line("largest error", ident::error_text(*error, model.output_unit));
   return text + line("usable band", band_text(model));
 }
 
@@ -173,8 +174,9 @@ double mean_square(const Model& model) {
 
 /// "the simplest of the 5 models of 14 that describe the record; the next best, lag, errs 1.3 times as much".
 /// @param models  of which `chosen` is one
-std::string chosen_as(const Model& chosen, const std::vector<Model>& models, const std::string& reason) {
-  if (models.size() < 2 || !(mean_square(chosen) > 0.0)) return brief(reason);
+std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
+                      const ident::Recommendation& recommendation) {
+  if (models.size() < 2 || !(mean_square(chosen) > 0.0)) return brief(recommendation.reason);
   const double most = ident::kAsWell * ident::kAsWell * mean_square(chosen);
   std::size_t alike = 0;
   bool is_simplest = true;
@@ -202,16 +204,13 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models, con
     text += factor < kAlike ? fmt::format("; the next best, {}, errs as little", next->name)
                             : fmt::format("; the next best, {}, errs {:.2g} times as much", next->name, factor);
   }
-  constexpr std::string_view kUnclear = "this record hardly tells ";
-  if (const std::size_t at = reason.find(kUnclear); alike > 1 && at != std::string::npos) {
-    text += "; " + reason.substr(at, reason.find(';', at) - at);
-  }
+  if (alike > 1 && recommendation.is_unclear) text += "; " + unclear_choice(recommendation);
   return text;
 }
 
 std::string why_it_is_recommended(const Model& model, const std::vector<Model>& models,
                                   const ident::Recommendation& recommendation) {
-  std::string text = line("chosen as", chosen_as(model, models, recommendation.reason));
+  std::string text = line("chosen as", chosen_as(model, models, recommendation));
   if (recommendation.validation_chose) {
     text += line("", "The validation part took part in the choice: confirm it on another record.");
   }
@@ -225,7 +224,7 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
   return {name,
           score ? fmt::format("{:.1f}", score->fit_percent) : "-",
           score ? fmt::format("{:.2f}", score->r2_percent) : "-",
-          error ? fmt::format("{:.3g}", *error) : "-",
+          error ? ident::error_figure(*error) : "-",
           band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
           grade_text(model)};
 }
@@ -385,6 +384,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
       });
       text += line("because", is_of_record ? recommendation.reason + "." : brief(recommendation.reason));
     }
+    if (!recommendation.accepted_instead.empty()) text += line("not rejected", recommendation.accepted_instead);
     text += reasons_by_model(answer.models, recommendation.reason);
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;

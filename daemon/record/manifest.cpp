@@ -130,7 +130,10 @@ ident::Recommendation recommendation_from_json(const Json& json, const std::stri
   return {.model = members.text("model"),
           .reason = members.text("reason"),
           .runner_up = members.text("runner_up"),
-          .validation_chose = members.flag("needs_fresh_record")};
+          .validation_chose = members.flag("needs_fresh_record"),
+          .is_unclear = members.flag("is_unclear"),
+          .is_lag_or_delay = members.flag("is_lag_or_delay"),
+          .accepted_instead = members.text("accepted_instead")};
 }
 
 IdentificationEntry identification_from_json(const Json& json, const std::string& place) {
@@ -282,10 +285,14 @@ std::vector<ModelEntry> models_from_json(const Json& list, const std::string& so
 
 Json to_json(const ident::Recommendation& recommendation) {
   const auto name = [](const std::string& model) { return model.empty() ? Json() : Json(model); };
-  return {{"model", name(recommendation.model)},
-          {"reason", recommendation.reason},
-          {"runner_up", name(recommendation.runner_up)},
-          {"needs_fresh_record", recommendation.validation_chose}};
+  Json json{{"model", name(recommendation.model)},
+            {"reason", recommendation.reason},
+            {"runner_up", name(recommendation.runner_up)},
+            {"needs_fresh_record", recommendation.validation_chose}};
+  if (recommendation.is_unclear) json["is_unclear"] = true;
+  if (recommendation.is_lag_or_delay) json["is_lag_or_delay"] = true;
+  if (!recommendation.accepted_instead.empty()) json["accepted_instead"] = recommendation.accepted_instead;
+  return json;
 }
 
 Json to_json(const Manifest& manifest) {

@@ -101,7 +101,8 @@ enum class Purpose { models, placing, valve_sheet, tracking };
 [[nodiscard]] nlohmann::ordered_json to_json(const Manifest& manifest);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ModelEntry>& models);
 
-/// {"model", "reason", "runner_up", "needs_fresh_record"}; model and runner_up are null if there is none. The same in
+/// {"model", "reason", "runner_up", "needs_fresh_record"}; model and runner_up are null if there is none. Where they
+/// apply, "is_unclear", "is_lag_or_delay", "accepted_instead". The same in
 /// run.json and in the output of `eha fit --json`.
 [[nodiscard]] nlohmann::ordered_json to_json(const ident::Recommendation& recommendation);
 

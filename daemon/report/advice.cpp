@@ -45,8 +45,8 @@ std::string against_error(const ident::Model& model) {
     case ErrorCause::drift:
       return "What is left wanders: " + in_box;
     case ErrorCause::white_noise:
-      return fmt::format("What is left is plain noise of {:.2g}{} rms, in which the input has no part: {}.",
-                         std::sqrt(model.validation->score.mse), ident::after_number(model.output_unit),
+      return fmt::format("What is left is plain noise of {} rms, in which the input has no part: {}.",
+                         ident::error_text(std::sqrt(model.validation->score.mse), model.output_unit),
                          ident::kAgainstNoise);
     case ErrorCause::unknown:
       break;

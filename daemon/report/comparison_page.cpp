@@ -159,8 +159,9 @@ Item models_on_record_item(const std::vector<ComparedSubject>& subjects) {
     const Eigen::VectorXd left = subject.measured - subject.simulated;
     output.series.push_back(curve_of(subject.time_s, subject.simulated, subject.label, style));
     error.series.push_back(curve_of(subject.time_s, left, "error of " + subject.label, style));
-    item.remark.seen += fmt::format("RMS error of {}: {:.3g} {}, at most {:.3g} {}. ", subject.label, rms(left), unit,
-                                    left.cwiseAbs().maxCoeff(), unit);
+    item.remark.seen +=
+        fmt::format("RMS error of {}: {}, at most {}. ", subject.label, ident::error_text(rms(left), unit),
+                    ident::error_text(left.cwiseAbs().maxCoeff(), unit));
     ++style;
   }
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};

@@ -10,6 +10,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
 namespace {
@@ -45,8 +46,8 @@ std::string score_table(const std::vector<Model>& models) {
     if (!model.validation) continue;
     const ident::Score& score = model.validation->score;
     unit = model.output_unit;
-    rows.push_back({model.name, fmt::format("{:.2f}", score.r2_percent), fmt::format("{:.4g}", score.mse),
-                    fmt::format("{:.4g}", score.error_min), fmt::format("{:.4g}", score.error_max),
+    rows.push_back({model.name, fmt::format("{:.2f}", score.r2_percent), fmt::format("{:.3g}", score.mse),
+                    ident::error_figure(score.error_min), ident::error_figure(score.error_max),
                     !model.stability          ? "unknown"
                     : model.stability->stable ? "yes"
                                               : "no"});
@@ -158,7 +159,8 @@ Remark on_errors(const identify::FitTable& table) {
       const double error = std::abs(table.measured[i] - column.simulated[i]);
       if (error > greatest) greatest = error;
     }
-    remark.seen += fmt::format("Largest error of {}: {:.3g} {}. ", column.model, greatest, table.output.unit);
+    remark.seen +=
+        fmt::format("Largest error of {}: {}. ", column.model, ident::error_text(greatest, table.output.unit));
   }
   return remark;
 }

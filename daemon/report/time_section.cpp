@@ -73,17 +73,17 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   const double range = *greatest - *least;
   const double percent = range > 0.0 ? 100.0 * errors.largest / range : 0.0;
   const bool has_unseen = estimating < table.time_s.size();
-  const std::string unit = ident::after_number(model.output_unit);
+  const auto error = [&](double value) { return ident::error_text(value, model.output_unit); };
   Remark remark;
-  remark.seen = fmt::format("The largest error of {} is {:.3g}{} at {:.4g} s{}, {:.2g} % of the measured range.",
-                            model.name, errors.largest, unit, errors.largest_at_s,
+  remark.seen = fmt::format("The largest error of {} is {} at {:.4g} s{}, {:.2g} % of the measured range.", model.name,
+                            error(errors.largest), errors.largest_at_s,
                             !has_unseen                                      ? ""
                             : errors.largest_at_s < table.time_s[estimating] ? ", where it was estimated"
                                                                              : ", on the unseen part",
                             percent);
   if (has_unseen) {
-    remark.seen += fmt::format(" Its RMS error is {:.2g}{} where it was estimated and {:.2g}{} on the unseen part.",
-                               errors.rms_estimating, unit, errors.rms_unseen, unit);
+    remark.seen += fmt::format(" Its RMS error is {} where it was estimated and {} on the unseen part.",
+                               error(errors.rms_estimating), error(errors.rms_unseen));
   }
   remark.good =
       "The model's line covers the measured one. The error has the same size on both sides of the dashed line, no "
@@ -101,18 +101,18 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
         : systematic.empty()
             ? "Nothing."
             : fmt::format(
-                  "The error is small but not as good as it can be: it {}. Nothing, where {:.2g}{} (rms) does "
+                  "The error is small but not as good as it can be: it {}. Nothing, where {} (rms) does "
                   "not matter; else see the notes in the box above.",
-                  systematic, has_unseen ? errors.rms_unseen : errors.rms_estimating, unit);
+                  systematic, error(has_unseen ? errors.rms_unseen : errors.rms_estimating));
   } else if (const std::string known = against_error(model); !known.empty()) {
     remark.to_do = known;
   } else if (const std::string box = named_in_box(model); !box.empty()) {
     remark.to_do = "The error is large: " + box;
   } else if (drifts) {
     remark.to_do = fmt::format(
-        "The error of the unseen part keeps one sign (mean {:.2g}{}), of a cause that no test shows: record longer or "
+        "The error of the unseen part keeps one sign (mean {}), of a cause that no test shows: record longer or "
         "with slower tones.",
-        errors.mean_unseen, unit);
+        error(errors.mean_unseen));
   } else if (grows) {
     remark.to_do =
         "The error is larger on unseen data, of a cause that no test shows: record longer, or use fewer parameters.";

@@ -40,9 +40,10 @@ std::string error_sentence(const Model& model) {
   const ident::Score* unseen = unseen_score(model);
   if (unseen == nullptr && !model.estimation) return "It holds no scores.";
   const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
-  const std::string unit = ident::after_number(model.output_unit);
-  const std::string errors = fmt::format("rms error {:.2g}{}, at most {:.3g}{}", std::sqrt(score.mse), unit,
-                                         std::max(std::abs(score.error_min), std::abs(score.error_max)), unit);
+  const std::string& unit = model.output_unit;
+  const double most = std::max(std::abs(score.error_min), std::abs(score.error_max));
+  const std::string errors = fmt::format("rms error {}, at most {}", ident::error_text(std::sqrt(score.mse), unit),
+                                         ident::error_text(most, unit));
   return unseen != nullptr
              ? fmt::format("On the {} samples that did not estimate it: {}.", score.samples, errors)
              : fmt::format("On the samples that estimated it: {}; there are no others to test it on.", errors);
@@ -316,6 +317,8 @@ std::string verdict(const Subject& subject) {
         "The validation part took part in this choice. Only another record shows how well the model predicts: record "
         "again and use `eha validate`.");
   }
+  const ordered_json& accepted = subject.part("identification", "recommendation", "accepted_instead");
+  if (accepted.is_string()) reason += paragraph(fmt::format("Not rejected: {}.", accepted.get<std::string>()));
   if (subject.has_recommendation) {
     return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
                ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
@@ -349,18 +352,19 @@ Section models_section(const Subject& subject) {
     const Model& model = reported.model;
     const ident::Score* unseen = unseen_score(model);
     const bool has_criterion = model.estimation && model.estimation->information;
-    rows.push_back(
-        {model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
-         model.estimation ? number("{:.2f}", model.estimation->score.r2_percent) : "-",
-         unseen != nullptr ? number("{:.2f}", unseen->r2_percent) : "-",
-         unseen != nullptr ? number("{:.2f}", unseen->fit_percent) : "-",
-         unseen != nullptr ? number("{:.3g}", std::max(std::abs(unseen->error_min), std::abs(unseen->error_max))) : "-",
-         has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
-         has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
-         !model.stability          ? "unknown"
-         : model.stability->stable ? "yes"
-                                   : "no",
-         model.verdict ? short_notes(*model.verdict) : ""});
+    rows.push_back({model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
+                    model.estimation ? number("{:.2f}", model.estimation->score.r2_percent) : "-",
+                    unseen != nullptr ? number("{:.2f}", unseen->r2_percent) : "-",
+                    unseen != nullptr ? number("{:.2f}", unseen->fit_percent) : "-",
+                    unseen != nullptr
+                        ? ident::error_figure(std::max(std::abs(unseen->error_min), std::abs(unseen->error_max)))
+                        : "-",
+                    has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
+                    has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
+                    !model.stability          ? "unknown"
+                    : model.stability->stable ? "yes"
+                                              : "no",
+                    model.verdict ? short_notes(*model.verdict) : ""});
   }
   const std::string unit = subject.models.front().model.output_unit;
   Item overview{.heading = ""};

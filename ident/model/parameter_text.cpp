@@ -8,6 +8,8 @@
 
 namespace eha::ident {
 
+std::string error_figure(double error) { return fmt::format("{:.3g}", error); }
+
 double half_width95(const ParameterEstimate& parameter) {
   return parameter.fixed ? 0.0 : 0.5 * (parameter.upper95 - parameter.lower95);
 }

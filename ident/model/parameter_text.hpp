@@ -16,6 +16,12 @@ inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval 
 /// " in", what follows a number; empty without a unit, as of a record that has none.
 [[nodiscard]] inline std::string after_number(const std::string& unit) { return unit.empty() ? "" : " " + unit; }
 
+/// An error of the output for people, with the same three digits everywhere: "0.00253", "0.00253 in".
+[[nodiscard]] std::string error_figure(double error);
+[[nodiscard]] inline std::string error_text(double error, const std::string& unit) {
+  return error_figure(error) + after_number(unit);
+}
+
 /// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 

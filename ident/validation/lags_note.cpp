@@ -26,10 +26,10 @@ bool is_outside(const Correlation& correlation, int first_lag) {
 }
 
 /// "0.0012 in rms, 0.15 % of the output's standard deviation"
-std::string error_text(const Model& model) {
+std::string scatter_text(const Model& model) {
   const Score& score = model.validation->score;
-  return fmt::format("{:.2g}{} rms, {:.2g} % of the output's standard deviation", std::sqrt(score.mse),
-                     after_number(model.output_unit), 100.0 - score.fit_percent);
+  return fmt::format("{} rms, {:.2g} % of the output's standard deviation",
+                     error_text(std::sqrt(score.mse), model.output_unit), 100.0 - score.fit_percent);
 }
 
 }  // namespace
@@ -53,17 +53,17 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
         "{}the error is more than white noise, the model lacks a part of the plant. They lower the grade to {} and do "
         "not reject "
         "it, since the error is small: {}.",
-        outside, text(verdict.grade), error_text(model));
+        outside, text(verdict.grade), scatter_text(model));
   }
   if (!with_input) {
     return fmt::format(
         "{}what is left, {}, is more than white noise, as friction, hum or drift make it; the input has no part in it.",
-        outside, error_text(model));
+        outside, scatter_text(model));
   }
   return fmt::format(
       "{}single lags say little, as neighbours move together; the test of all together, which grades the model, finds "
       "no part of the plant in what is left, {}.",
-      outside, error_text(model));
+      outside, scatter_text(model));
 }
 
 }  // namespace eha::ident

@@ -137,14 +137,22 @@ std::string held_back_by(const Models& all, const Model& fractional) {
   return text;
 }
 
+/// Whether the difference of AR-BIC is too small to tell.
+bool is_unclear_between(const Model& picked, const Model& other) {
+  return std::abs(ar_bic(other) - ar_bic(picked)) < kClearGain;
+}
+
+bool one_has_a_delay(const Model& picked, const Model& other) {
+  return (picked.transfer_function.delay_s > 0.0) != (other.transfer_function.delay_s > 0.0);
+}
+
 /// What a small difference of AR-BIC leaves open; empty for a clear one.
 std::string unclear_between(const Model& picked, const Model& runner_up) {
-  if (std::abs(ar_bic(runner_up) - ar_bic(picked)) >= kClearGain) return {};
-  std::string text = fmt::format("; a difference below {:g} is not clear: this record hardly tells {} from {}",
-                                 kClearGain, picked.name, runner_up.name);
-  const bool one_has_a_delay = (picked.transfer_function.delay_s > 0.0) != (runner_up.transfer_function.delay_s > 0.0);
-  if (one_has_a_delay) text += ", that is, a lag from a dead time: take their sum, neither alone";
-  return text;
+  if (!is_unclear_between(picked, runner_up)) return {};
+  const bool has_delay = one_has_a_delay(picked, runner_up);
+  return fmt::format("; a difference below {:g} is not clear: {}{}", kClearGain,
+                     unclear_choice({.model = picked.name, .runner_up = runner_up.name, .is_lag_or_delay = has_delay}),
+                     has_delay ? ": take their sum, neither alone" : "");
 }
 
 /// @param all  the least AR-BIC first
@@ -250,6 +258,26 @@ std::string none_picked(const Models& order, const Models& all) {
                      best_identified.name, held_back_by(all, best_identified), integer->name, first_reason(*integer));
 }
 
+/// Why an accepted model is not recommended where none is. @param all  that are compared, the least AR-BIC first
+std::string why_not(const Model& model, const Models& all, const Models& order) {
+  if (std::find(all.begin(), all.end(), &model) == all.end()) return "it has no criterion to compare it by";
+  if (std::find(order.begin(), order.end(), &model) == order.end()) {
+    return "by the part of the record that estimated it alone it is rejected";
+  }
+  if (!may_be_picked(all, model)) return "on a model of integer order, in AR-BIC, " + held_back_by(all, model);
+  return "another one errs less than half as much on the unseen part, and may not be recommended itself";
+}
+
+std::string accepted_among(const Models& models, const Models& all, const Models& order) {
+  std::string text;
+  for (const Model* model : models) {
+    if (!is_accepted(*model)) continue;
+    text += fmt::format("{}{} is {}: {}", text.empty() ? "" : "; ", model->name, verdict_word(*model->verdict),
+                        why_not(*model, all, order));
+  }
+  return text;
+}
+
 std::ptrdiff_t estimated_count(const Model& model) {
   return std::count_if(model.parameters.begin(), model.parameters.end(),
                        [](const ParameterEstimate& p) { return !p.fixed; });
@@ -341,6 +369,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   Recommendation result;
   if (all.empty()) {
     result.reason = "no model has a criterion to compare it by";
+    result.accepted_instead = accepted_among(models, all, {});
     return result;
   }
   const std::string cause = cause_in_record(all);
@@ -348,6 +377,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     result.reason = !cause.empty() ? cause
                                    : fmt::format("no model passes its checks; {} comes nearest: {}", all.front()->name,
                                                  first_reason(*all.front()));
+    result.accepted_instead = accepted_among(models, all, {});
     return result;
   }
   const Models order = preferred(all, identified);
@@ -357,6 +387,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   if (picked == order.end()) {
     result.reason = cause.empty() ? none_picked(order, all) : cause;
     result.runner_up = order.front()->name;  // which the reason names
+    result.accepted_instead = accepted_among(models, all, order);
     return result;
   }
   const Model* runner_up = next_best(order, **picked);
@@ -364,6 +395,10 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   result.model = (*picked)->name;
   result.runner_up = runner_up == nullptr ? std::string() : runner_up->name;
   result.reason = reason_for(**picked, all, runner_up);
+  if (runner_up != nullptr && is_unclear_between(**picked, *runner_up)) {
+    result.is_unclear = true;
+    result.is_lag_or_delay = one_has_a_delay(**picked, *runner_up);
+  }
   result.validation_chose = picked != order.begin();
   if (result.validation_chose) {
     const Model& first = *order.front();
@@ -381,8 +416,16 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   return result;
 }
 
+std::string unclear_choice(const Recommendation& recommendation) {
+  return fmt::format("this record hardly tells {} from {}{}", recommendation.model, recommendation.runner_up,
+                     recommendation.is_lag_or_delay ? ", that is, a lag from a dead time" : "");
+}
+
 std::string sentence(const Recommendation& recommendation) {
-  if (recommendation.model.empty()) return fmt::format("No model is recommended: {}", recommendation.reason);
+  if (recommendation.model.empty()) {
+    const std::string& accepted = recommendation.accepted_instead;
+    return fmt::format("No model is recommended: {}{}", recommendation.reason, accepted.empty() ? "" : "; " + accepted);
+  }
   const std::string runner_up =
       recommendation.runner_up.empty() ? "" : fmt::format(" (runner-up {})", recommendation.runner_up);
   return fmt::format("Recommended: {}{}: {}.", recommendation.model, runner_up, recommendation.reason);

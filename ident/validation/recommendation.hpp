@@ -21,7 +21,14 @@ struct Recommendation {
   /// The validation part took part in the choice, because the best model by the estimation part failed there. Only a
   /// fresh record can then say how well the model predicts.
   bool validation_chose = false;
+  bool is_unclear = false;       ///< the record hardly tells the model from the runner-up
+  bool is_lag_or_delay = false;  ///< as that is a lag in the place of a dead time, or the other way round
+  /// Without a recommended model: the accepted ones, each with why it is not recommended. Empty: there is none.
+  std::string accepted_instead = {};
 };
+
+/// "this record hardly tells io from fo", of a recommendation that is_unclear.
+[[nodiscard]] std::string unclear_choice(const Recommendation& recommendation);
 
 /// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;

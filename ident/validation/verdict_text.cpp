@@ -140,9 +140,9 @@ class Reasons {
         return low_r2(c);
       case Kind::max_abs_error:
         return fmt::format(
-            "The model is too far off at one place: the greatest {} error of {:.4g}{} is above the limit of "
-            "{:.4g}{}; look there in the report, and cut a disturbance with --from or --to.",
-            c.parameter, c.value, unit, c.limit, unit);
+            "The model is too far off at one place: the greatest {} error of {} is above the limit of "
+            "{}; look there in the report, and cut a disturbance with --from or --to.",
+            c.parameter, error_text(c.value, model_.output_unit), error_text(c.limit, model_.output_unit));
       case Kind::residual_input:
         return fmt::format(
             "The input still moves what the model leaves over (p = {:.2g}, lags up to 20): a part of the plant may "
@@ -208,13 +208,14 @@ class Reasons {
             c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
                 ? fmt::format(
                       ", and every motion repeats it: a fit of {:.3g} % keeps this alone from rejecting it, but expect "
-                      "the rod up to {:.2g}{} from where the model puts it",
-                      score.fit_percent, largest, unit)
+                      "the rod up to {} from where the model puts it",
+                      score.fit_percent, error_text(largest, model_.output_unit))
                 : std::string();
         return fmt::format(
-            "The model misses a part of the plant: its validation error of {:.3g}{} (rms) is {:.3g} times the noise "
-            "of {:.3g}{} that differs between the record's periods, more than {:.3g}{}; {}, or ignore it {}.",
-            error, unit, c.value, error / c.value, unit, c.limit, risk, remedy(), where_it_matters());
+            "The model misses a part of the plant: its validation error of {} (rms) is {:.3g} times the noise "
+            "of {} that differs between the record's periods, more than {:.3g}{}; {}, or ignore it {}.",
+            error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit,
+            risk, remedy(), where_it_matters());
       }
       case Kind::error_over_refit:
         return fmt::format(
@@ -277,10 +278,10 @@ class Reasons {
   [[nodiscard]] std::string low_r2(const Criterion& c) const {
     if (cause_ == ErrorCause::white_noise) {
       return fmt::format(
-          "What is left is plain noise of {:.3g}{} rms, in which the input has no part: the {} R2 of {:.4g} % is "
+          "What is left is plain noise of {} rms, in which the input has no part: the {} R2 of {:.4g} % is "
           "below "
           "the limit of {:.4g} %; {}.",
-          std::sqrt(model_.validation->score.mse), after_number(model_.output_unit), c.parameter, c.value, c.limit,
+          error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, c.value, c.limit,
           kAgainstNoise);
     }
     const bool is_named = cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
@@ -319,8 +320,8 @@ class Reasons {
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
     if (!model_.validation) return "where the error does not matter";
-    return fmt::format("where an error of {:.2g}{} (rms) does not matter", std::sqrt(model_.validation->score.mse),
-                       after_number(model_.output_unit));
+    return fmt::format("where an error of {} (rms) does not matter",
+                       error_text(std::sqrt(model_.validation->score.mse), model_.output_unit));
   }
 
   [[nodiscard]] std::string not_judged(const Criterion& c) const {

@@ -78,15 +78,15 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   answer.models.push_back(answer.models[0]);
   answer.models.back().name = "far";
   answer.models.back().validation->score.mse = 1.0;
-  answer.recommendation.reason =
-      "its AR-BIC of -5552.1 is the least of 3 models, 3.7 below that of next; a difference below 10 is not clear: "
-      "this "
-      "record hardly tells io from next, that is, a lag from a dead time: take their sum, neither alone";
+  answer.recommendation.reason = "its AR-BIC of -5552.1 is the least of 3 models, 3.7 below that of next";
+  answer.recommendation.runner_up = "next";
+  answer.recommendation.is_unclear = true;
+  answer.recommendation.is_lag_or_delay = true;
   const std::string text = short_report(answer, {});
   EXPECT_EQ(text.find("AR-BIC"), std::string::npos) << text;
   const std::string chosen = chosen_in(text);
   EXPECT_NE(chosen.find("the simplest of the 2 models, of 3, that describe the record; the next best, next, errs 1.3 "
-                        "times as much; this record hardly tells io from next, that is, a lag from a dead time"),
+                        "times as much; this record hardly tells fo from next, that is, a lag from a dead time"),
             std::string::npos)
       << chosen;
   EXPECT_NE(text.find("The first one; do this."), std::string::npos) << text;
@@ -111,6 +111,14 @@ TEST(ShortReport, CallsAnAcceptedModelOutdoneThatTheRecommendedOneBeatsClearly) 
   EXPECT_NE(text.find("outdone: no check rejects it, but"), std::string::npos) << text;
   verdict.grade = ident::Grade::rejected;
   EXPECT_EQ(short_report(answer, {}).find("outdone"), std::string::npos) << "rejected says more";
+}
+
+TEST(ShortReport, SaysOfAUsableModelWhyItIsNotRecommended) {
+  Answer answer = answer_with("");
+  answer.recommendation = {.reason = "the rod met its end stop", .accepted_instead = "io is usable: it is held back"};
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("recommended     none\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("not rejected    io is usable: it is held back\n"), std::string::npos) << text;
 }
 
 TEST(ShortReport, CountsModelsThatAreNotAcceptedByTheWordOfTheTable) {

@@ -50,12 +50,24 @@ TEST(Recommendation, TakesTheLeastCriterionAndNamesTheRunnerUp) {
   EXPECT_EQ(found.model, "io3");
   EXPECT_EQ(found.runner_up, "io");
   EXPECT_FALSE(found.validation_chose);
+  EXPECT_TRUE(found.is_unclear);
+  EXPECT_FALSE(recommended({model_of("io", -100.0), model_of("io3", -111.0)}).is_unclear);
   EXPECT_EQ(found.reason,
             "its AR-BIC of -107.0 is the least of 3 models, 7.0 below that of io; a difference below 10 is not clear: "
             "this record hardly tells io3 from io");
   EXPECT_EQ(recommended({model_of("io", -100.0), model_of("io3", -111.0)}).reason,
             "its AR-BIC of -111.0 is the least of 2 models, 11.0 below that of io");
   EXPECT_EQ(sentence(found), "Recommended: io3 (runner-up io): " + found.reason + ".");
+}
+
+TEST(Recommendation, SaysWhyAnAcceptedModelIsNotRecommendedWhereNoneIs) {
+  const Recommendation found = recommended(
+      {model_of("fo", -109.0, Order::estimated), model_of("io3", -105.0, Order::whole, Figures::unconverged)});
+  EXPECT_EQ(found.model, "");
+  EXPECT_TRUE(found.accepted_instead.starts_with(
+      "fo is usable: on a model of integer order, in AR-BIC, estimated orders must gain 10"))
+      << found.accepted_instead;
+  EXPECT_EQ(recommended({model_of("io", -100.0)}).accepted_instead, "");
 }
 
 TEST(Recommendation, TakesEstimatedOrdersOnlyWhereTheyGainTenOnEveryModelOfIntegerOrder) {
