@@ -193,6 +193,9 @@ std::string lead_of(const Table& table, std::size_t failed) {
     for (const Outlier& one : row.outliers) {
       sentences.push_back(fmt::format("{} lies apart: {}.", row.record.id, outlier_text(one)));
     }
+    if (const std::string instead = instead_text(row, table.common_model); !instead.empty()) {
+      sentences.push_back(fmt::format("{}: {}.", row.record.id, instead));
+    }
   }
   if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));
   for (const Trend& one : table.trends) {

@@ -16,6 +16,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/parameter_change.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -377,6 +378,23 @@ std::string outlier_text(const Outlier& outlier) {
   return fmt::format("{} is {}, more than {} from the median of all, {}", outlier.parameter,
                      with_unit("{:.4g}", outlier.value), with_unit("{:.2g}", outlier.half_width),
                      with_unit("{:.4g}", outlier.median));
+}
+
+std::string instead_text(const Row& row, const std::string& common_model) {
+  std::vector<std::string> changed;
+  for (const Outlier& one : row.outliers) changed.push_back(one.parameter);
+  bool has_map = false;
+  for (const Json& model : row.fit.value("models", Json::array())) {
+    has_map = has_map || (model.at("name") == common_model && model.contains("input_map"));
+  }
+  const auto is_of_map = [](const std::string& name) {
+    return name == "null" || name == "dead_band" || name == "negative_gain_ratio";
+  };
+  std::vector<std::string> causes;
+  std::vector<std::string> followers;
+  for (const std::string& name : changed) (is_of_map(name) ? causes : followers).push_back(name);
+  if (has_map && !causes.empty() && !followers.empty()) return ident::lets_follow(causes, followers);
+  return ident::map_instead(changed, has_map);
 }
 
 std::string why_none(const Row& row) {

@@ -125,6 +125,9 @@ struct NotCompared {
 /// "null is 0.4 V, more than 0.05 V from the median of all, 0.3 V".
 [[nodiscard]] std::string outlier_text(const Outlier& outlier);
 
+/// What the outliers of a row may be of although another parameter shows them, as `eha compare` says; empty without.
+[[nodiscard]] std::string instead_text(const Row& row, const std::string& common_model);
+
 /// Why no model is recommended, as `eha fit` says; empty where one is.
 [[nodiscard]] std::string why_none(const Row& row);
 

@@ -104,10 +104,11 @@ void require_fit_options(const std::vector<std::string>& options) {
   }
 }
 
-std::string outliers_of(const batch::Row& row) {
+std::string outliers_of(const batch::Row& row, const std::string& common_model) {
   std::string text;
   for (const batch::Outlier& one : row.outliers) text += (text.empty() ? "" : "; ") + batch::outlier_text(one);
-  return text;
+  const std::string instead = batch::instead_text(row, common_model);
+  return instead.empty() ? text : text + "; " + instead;
 }
 
 /// "skipped  2 of runs: notes.md, photo.jpg: no ending of a record (.csv, ...)", a line for each reason and folder.
@@ -153,7 +154,8 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
       if (const std::string why = batch::why_none(row); !why.empty()) {
         without += fmt::format("no model {}: {}\n", row.record.id, why);
       }
-      if (!row.outliers.empty()) apart += fmt::format("apart    {}: {}\n", row.record.id, outliers_of(row));
+      if (!row.outliers.empty())
+        apart += fmt::format("apart    {}: {}\n", row.record.id, outliers_of(row, table.common_model));
     } else if (row.reason != "no result yet") {
       ++failed;
       failures += fmt::format("failed   {}: exit code {}: {}\n", row.record.source, row.exit_code, row.reason);

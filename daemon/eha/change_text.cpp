@@ -67,6 +67,13 @@ std::string change_sentences(const ident::PlantChange& change, const ident::Mode
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) text += "  " + change_sentence(p, model, shows) + "\n";
   }
+  std::vector<std::string> changed;
+  for (const ParameterChange& p : change.parameters) {
+    if (p.changed) changed.push_back(p.name);
+  }
+  if (const std::string instead = ident::map_instead(changed, model.input_map.has_value()); !instead.empty()) {
+    text += "  " + instead + "\n";
+  }
   if (const std::string whose = whose_valve(change, model); !whose.empty()) text += "  " + whose + "\n";
   for (const ParameterChange& p : change.parameters) {
     if (const std::string hidden = ident::hidden_sentence(p, model); !hidden.empty()) text += "  " + hidden + "\n";

@@ -65,15 +65,50 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
   app.add_flag("--no-progress", console.no_progress, "No progress bar on a terminal (NO_COLOR: no colours)");
 }
 
-/// Writes the message of a wrong command line, with the help to read.
+/// "eha validate MODEL SOURCE [OPTIONS]"
+std::string form_of(const CLI::App& sub, const std::string& command) {
+  std::string form = command;
+  for (const CLI::Option* option : sub.get_options()) {
+    if (!option->get_positional()) continue;
+    const std::string type = option->get_type_name();
+    // The type of a choice is the list of its words.
+    const std::string name = type.empty() || type.find('|') != std::string::npos ? option->get_name(true) : type;
+    const std::string shown = option->get_expected_max() > 1 ? name + "..." : name;
+    form += option->get_required() ? " " + shown : " [" + shown + "]";
+  }
+  if (!sub.get_subcommands([](const CLI::App*) { return true; }).empty()) form += " COMMAND";
+  return form + " [OPTIONS]";
+}
+
+/// The first example of a command's help; empty without one.
+std::string first_example(const CLI::App& sub, const std::string& command) {
+  const std::string help = sub.get_footer();
+  const std::string begin = "\n  " + command + " ";
+  const std::size_t at = help.find(begin, std::min(help.find("Example"), help.size()));
+  if (at == std::string::npos) return {};
+  const std::size_t end = std::min(help.find('\n', at + 1), help.size());
+  std::string example = help.substr(at + 3, end - at - 3);
+  // What stands behind two blanks explains it.
+  return example.substr(0, std::min(example.find("  "), example.size()));
+}
+
+/// Writes the message of a wrong command line: what is wrong, what was expected, an example, and the help to read.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   std::string command = "eha";
-  for (const CLI::App* sub = &app; !sub->get_subcommands().empty();) {
+  const CLI::App* sub = &app;
+  while (!sub->get_subcommands().empty()) {
     sub = sub->get_subcommands().back();
     command += " " + sub->get_name();
   }
   const bool unknown = app.get_subcommands().empty() && app.remaining_size() > 0;
-  const std::string what = unknown ? "unknown command or option \"" + app.remaining().front() + "\"" : error.what();
+  std::string what = unknown ? "unknown command or option \"" + app.remaining().front() + "\"" : error.what();
+  if (sub != &app) {
+    what += fmt::format("; expected `{}`", form_of(*sub, command));
+    if (const std::string example = first_example(*sub, command); !example.empty()) {
+      what += fmt::format(", for example `{}`", example);
+    }
+  }
+  if (unknown) what += "; expected `eha COMMAND [OPTIONS]`, for example `eha fit record.csv -o models`";
   return what + "; see `" + command + " --help`";
 }
 

@@ -17,4 +17,7 @@ namespace eha::cli {
 /// Returns the unit of lengths of the controller's rig file; empty if the file can no longer be read.
 [[nodiscard]] std::string rig_units_of_controller(const config::ControllerConfig& controller);
 
+/// `eha track CONTROLLER`, on a simulated rig with --local --fast and its rig file as `eha tune` offers it.
+[[nodiscard]] std::string track_of_controller(const std::string& file, const config::ControllerConfig& controller);
+
 }  // namespace eha::cli

@@ -17,8 +17,10 @@
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/odd_random_design.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/design/low_peak_phases.hpp"
 #include "ident/excitation/tone.hpp"
 
@@ -154,7 +156,8 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
-  console.next_step("eha run " + shell_word(file.string()));
+  console.next_step(hal::moves_machine(rig.backend) ? "eha run " + shell_word(file.string())
+                                                    : simulated_run(file.string(), command.rig_file));
   return ExitCode::ok;
 }
 

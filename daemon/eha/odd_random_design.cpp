@@ -14,7 +14,9 @@
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/design_command.hpp"
 #include "daemon/eha/excitation_room.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
@@ -102,7 +104,8 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"amplitude_V", amplitude_V},
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
-  console.next_step("eha run " + shell_word(file.string()));
+  console.next_step(hal::moves_machine(rig.backend) ? "eha run " + shell_word(file.string())
+                                                    : simulated_run(file.string(), command.rig_file));
   return ExitCode::ok;
 }
 

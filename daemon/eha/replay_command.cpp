@@ -155,7 +155,7 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
                 {"error_min_in", score.error_min},
                 {"error_max_in", score.error_max}};
   std::string text =
-      fmt::format("{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.4g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
+      fmt::format("{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
                   source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
                   factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
   if (calibration) {

@@ -459,6 +459,24 @@ bool is_controller_file(const std::string& path) {
   return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
 }
 
+std::string track_of_controller(const std::string& file, const config::ControllerConfig& controller) {
+  const std::string track = "eha track " + shell_word(file);
+  const config::ControllerProvenance& from = controller.provenance;
+  try {
+    const config::RigConfig rig = rig_of(from.rig_file);
+    if (hal::moves_machine(rig.backend)) return track;
+    const Json entry = record::is_run_folder(from.run) ? entry_of_run(from.run, control::default_socket()) : Json();
+    if (entry.is_object()) return track + (entry.value("fast", false) ? " --fast" : "");
+    TuneCommand command;
+    std::error_code ignored;
+    std::string option = rig_option(command, rig);
+    if (!option.empty() && fs::is_regular_file(from.rig_file, ignored)) option = " --rig " + shell_word(from.rig_file);
+    return track + option + " --local --fast";
+  } catch (const Error&) {  // the rig file or the run is elsewhere by now
+    return track;
+  }
+}
+
 std::string rig_units_of_controller(const config::ControllerConfig& controller) {
   try {
     return rig_of(controller.provenance.rig_file).units;

@@ -26,6 +26,7 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/lags_note.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
@@ -34,8 +35,8 @@ namespace eha::cli {
 namespace {
 
 constexpr const char* kValidateFooter = R"(
-Scores a model on a record it has not seen, with its offset kept and with the offset estimated anew. Shows the residual's
-correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
+Scores a model on a record it has not seen: the verdict first, then the scores with its offset kept and with the offset
+estimated anew, and the residual's correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
 Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
 and whose error is more than 1.5 times its error, and that on its own record, is of another plant, and rejected.
 Exit code 0: accepted; 3: rejected.
@@ -53,9 +54,9 @@ struct ValidateCommand {
 };
 
 std::string score_line(const char* what, const ident::Score& score, const ident::Model& model) {
-  return fmt::format("{:<20} R2 {:.2f} %  MSE {:.4g} {}^2  fit {:.2f} %  error {:.4g} .. {:.4g} {}\n", what,
-                     score.r2_percent, score.mse, model.output_unit, score.fit_percent, score.error_min,
-                     score.error_max, model.output_unit);
+  return fmt::format("  {:<20} R2 {:.2f} %  fit {:.2f} %  MSE {:.3g} {}^2  error {} .. {}\n", what, score.r2_percent,
+                     score.fit_percent, score.mse, model.output_unit, ident::error_figure(score.error_min),
+                     ident::error_text(score.error_max, model.output_unit));
 }
 
 std::string correlation_line(const char* what, const ident::Correlation& correlation, int first_lag) {
@@ -160,25 +161,31 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
 
   const ident::Model shown = in_unit(model, console.unit(source.units));
   const ident::ValidationReport& scored = *shown.validation;
-  std::string text = fmt::format("{} on {}: {} samples\n", model.name, command.source, validation.score.samples);
+  // The verdict first, then what it rests on.
+  std::string text = fmt::format(
+      "{} on {}: {}\n", model.name, command.source,
+      can_tell ? std::string(ident::text(model.verdict->grade)) : "cannot tell whether it is of this plant");
+  for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
+  if (!can_tell) {
+    text += fmt::format("  Cannot tell: {}. By its checks alone: {}.\n", scored_here.cannot_tell,
+                        ident::text(model.verdict->grade));
+  }
+  if (scored_here.of_another_plant) {
+    const double factor = console.unit(source.units).factor(model.output_unit);
+    text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
+  }
+  text += fmt::format("On {} samples:\n", validation.score.samples);
   text += score_line("offset kept", scored.score, shown);
   if (scored.offset_reestimated) {
     text += score_line("offset re-estimated", *scored.offset_reestimated, shown);
-    text += fmt::format("{:<20} judged by the latter: another record begins at another place\n", "");
+    text += fmt::format("  {:<20} judged by the latter: another record begins at another place\n", "");
   }
-  text += correlation_line("residual with itself", validation.acf, 1);
-  text += correlation_line("residual with input", validation.ccf, 0);
+  text += "  " + correlation_line("residual with itself", validation.acf, 1);
+  text += "  " + correlation_line("residual with input", validation.ccf, 0);
   ident::Model judged_as_shown = shown;
   if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
   if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty()) {
     text += wrapped(note, 0) + "\n";
-  }
-  text += fmt::format("{}: {}\n", model.name, ident::text(model.verdict->grade));
-  for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
-  if (!can_tell) text += fmt::format("  Cannot tell whether it is of this plant: {}.\n", scored_here.cannot_tell);
-  if (scored_here.of_another_plant) {
-    const double factor = console.unit(source.units).factor(model.output_unit);
-    text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
   }
   console.print(text);
   if (!model.verdict->accepted) {

@@ -2,6 +2,7 @@
 #include "ident/validation/parameter_change.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -113,16 +114,34 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
   return change;
 }
 
+std::string lets_follow(const std::vector<std::string>& causes, const std::vector<std::string>& followers) {
+  return fmt::format("{} changed, and the fit lets {} follow {}", fmt::join(causes, " and "),
+                     fmt::join(followers, " and "), causes.size() == 1 ? "it" : "them");
+}
+
 std::string hidden_sentence(const ParameterChange& change, const Model& model) {
   if (change.changed || change.follows.empty()) return {};
   const std::string name = unit_of(change, model);
   const std::string unit = name.empty() ? "" : " " + name;
   return fmt::format(
-      "a change of {} below {:.2g}{} does not show here: {} changed, and the fit lets {} follow {} (by noise alone "
-      "{:.2g}{}); each fit by itself says {} before and {} after",
-      change.name, change.half_width, unit, fmt::join(change.follows, " and "), change.name,
-      change.follows.size() == 1 ? "it" : "them", change.of_noise, unit, rounded_to(change.before, change.of_noise),
-      rounded_to(change.after, change.of_noise));
+      "a change of {} below {:.2g}{} does not show here: {} (by noise alone {:.2g}{}); each fit by itself says {} "
+      "before and {} after",
+      change.name, change.half_width, unit, lets_follow(change.follows, {change.name}), change.of_noise, unit,
+      rounded_to(change.before, change.of_noise), rounded_to(change.after, change.of_noise));
+}
+
+std::string map_instead(const std::vector<std::string>& changed, bool has_map) {
+  if (has_map) return {};
+  std::vector<std::string> shown;
+  for (const std::string& name : changed) {
+    if (name == "K" || name == "input_bias" || name == "b0") shown.push_back(name);
+  }
+  if (shown.empty()) return {};
+  return fmt::format(
+      "without a valve map a dead band or null that changed shows as {}: `eha compare` of two such records fits the "
+      "map "
+      "and tells which",
+      fmt::join(shown, " and "));
 }
 
 std::string value_text(const std::string& parameter, double value, const Model& model) {

@@ -45,6 +45,15 @@ struct PlantChange {
 /// a change that shows.
 [[nodiscard]] std::string hidden_sentence(const ParameterChange& change, const Model& model);
 
+/// "dead_band changed, and the fit lets K follow it".
+[[nodiscard]] std::string lets_follow(const std::vector<std::string>& causes,
+                                      const std::vector<std::string>& followers);
+
+/// What a change may be of although the model names another parameter: "without a valve map a dead band or null that
+/// changed shows as K: ...". Empty where the model has a map, or none of the changed parameters would show it.
+/// @param changed  names of the parameters that changed
+[[nodiscard]] std::string map_instead(const std::vector<std::string>& changed, bool has_map);
+
 /// A parameter's value in a table: "0.148"; "0 to 0.0061" for a coefficient of which the record only shows that it is
 /// small, as its 95 % interval holds 0.
 [[nodiscard]] std::string value_text(const std::string& parameter, double value, const Model& model);

@@ -127,6 +127,16 @@ TEST(BatchTable, GivesUnitsAndNoPluralOfOne) {
   EXPECT_NE(html.find("1 of 1 record is judged."), std::string::npos);
 }
 
+TEST(BatchTable, SaysAsACompareDoesWhatAChangedGainMayBe) {
+  Row row;
+  row.fit = {{"models", Json::array({{{"name", "io"}}, {{"name", "io_valve"}, {"input_map", Json::object()}}})}};
+  row.outliers = {{.parameter = "K"}};
+  EXPECT_TRUE(instead_text(row, "io").starts_with("without a valve map a dead band")) << instead_text(row, "io");
+  EXPECT_EQ(instead_text(row, "io_valve"), "");
+  row.outliers.push_back({.parameter = "dead_band"});
+  EXPECT_EQ(instead_text(row, "io_valve"), "dead_band changed, and the fit lets K follow it");
+}
+
 TEST(BatchTable, SaysWhyARecordHasNoModel) {
   const test::TemporaryFolder folder;
   Table table = table_with({0.150}, {0.9}, folder.path());

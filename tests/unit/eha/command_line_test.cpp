@@ -222,6 +222,17 @@ TEST(CommandLine, SaysWhereHelpIs) {
   EXPECT_NE(fault_of({"fit", "r.csv", "--poles", "0"}).find("see `eha fit --help`"), std::string::npos);
 }
 
+TEST(CommandLine, SaysWhatWasExpectedWithAnExample) {
+  const std::string fault = fault_of({"import", "r.csv", "--force"});
+  EXPECT_NE(fault.find("--force"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("expected `eha import FILE [OPTIONS]`"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("for example `eha import bench.csv -o record.csv`"), std::string::npos) << fault;
+  const std::string missing = fault_of({"validate", "m.json"});
+  EXPECT_NE(missing.find("expected `eha validate MODEL SOURCE [OPTIONS]`"), std::string::npos) << missing;
+  EXPECT_NE(fault_of({"runs", "frobnicate"}).find("expected `eha runs"), std::string::npos)
+      << fault_of({"runs", "frobnicate"});
+}
+
 TEST(CommandLine, ExplainsItself) {
   const std::string help = parse({"--help"}).text;
   for (const char* command : {"run", "fit", "simulate", "validate", "check", "design", "runs"}) {

@@ -136,5 +136,13 @@ TEST(ParameterChange, RaisesFalseAlarmsAtItsLevel) {
   EXPECT_GT(alarms, 0.05 * kPairs - 4.0 * std::sqrt(0.05 * kPairs));
 }
 
+TEST(MapInstead, NamesWhatAModelWithoutAMapShowsAsItsGain) {
+  EXPECT_TRUE(
+      map_instead({"K", "a2"}, false).starts_with("without a valve map a dead band or null that changed shows as K"))
+      << map_instead({"K", "a2"}, false);
+  EXPECT_EQ(map_instead({"K"}, true), "");
+  EXPECT_EQ(map_instead({"a2"}, false), "");
+}
+
 }  // namespace
 }  // namespace eha::ident
