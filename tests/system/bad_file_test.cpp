@@ -67,7 +67,7 @@ TEST(BadFile, HasWordsForMissingValues) {
 
 TEST(BadFile, HasDatesForTimes) {
   std::string text = "Date;u;y\n";
-  for (int k = 0; k < 50; ++k) text += fmt::format("01.03.2024 10:00:{:02},{};{};{}\n", k / 10, k % 10, k % 7, k);
+  for (int k = 0; k < 50; ++k) text += fmt::format("01.03.2024 10:00:{:02};{};{}\n", k / 10, k % 7, k);
   expect_refused_file("r.csv", text, {"dates or times of day", "--period 0.1`"});
 }
 
