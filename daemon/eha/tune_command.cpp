@@ -467,10 +467,11 @@ std::string track_of_controller(const std::string& file, const config::Controlle
     if (hal::moves_machine(rig.backend)) return track;
     const Json entry = record::is_run_folder(from.run) ? entry_of_run(from.run, control::default_socket()) : Json();
     if (entry.is_object()) return track + (entry.value("fast", false) ? " --fast" : "");
-    TuneCommand command;
     std::error_code ignored;
-    std::string option = rig_option(command, rig);
-    if (!option.empty() && fs::is_regular_file(from.rig_file, ignored)) option = " --rig " + shell_word(from.rig_file);
+    const auto standard = default_rig_file();
+    const bool is_named =
+        fs::is_regular_file(from.rig_file, ignored) && !(standard && fs::equivalent(from.rig_file, *standard, ignored));
+    const std::string option = is_named ? " --rig " + shell_word(from.rig_file) : rig_option(TuneCommand{}, rig);
     return track + option + " --local --fast";
   } catch (const Error&) {  // the rig file or the run is elsewhere by now
     return track;

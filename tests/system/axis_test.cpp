@@ -132,6 +132,9 @@ TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
 }
 
 TEST_F(Axis, IsATableInMillimetresOnRequest) {
+  const Ended written = run_eha({"export", "axis.toml", "--format", "csv", "-o", "written.csv"}, folder_->path());
+  const std::string track = next_of(written, "track");
+  EXPECT_TRUE(track.starts_with("track axis.toml --rig ") && track.ends_with("rig.toml --local --fast")) << track;
   const Ended inches = run_eha({"export", "axis.toml", "--format", "csv"}, folder_->path());
   const Ended millimetres = run_eha({"export", "axis.toml", "--format", "csv", "--units", "mm"}, folder_->path());
   ASSERT_EQ(millimetres.code, 0) << millimetres.err;

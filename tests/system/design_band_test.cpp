@@ -29,6 +29,18 @@ TEST(DesignBand, FillsTheLimitsWithLowPeaksAndIsAValidExperiment) {
   EXPECT_NE(content_of(folder.path() / "band.toml").find("[hold]"), std::string::npos);
 }
 
+TEST(DesignBand, IsToBePlayedOnTheSimulatedRigThatItIsMadeFor) {
+  const TemporaryFolder folder;
+  const std::string rig = source_file("config/rigs/sim.toml");
+  for (const bool odd : {false, true}) {
+    std::vector<std::string> words{"design", "--band", "0.2:1.5", "--period", "5", "--rig", rig, "-o", "band.toml"};
+    if (odd) words.emplace_back("--odd-random");
+    const Ended made = run_eha(words, folder.path());
+    EXPECT_NE(made.out.find("Next: eha run band.toml --local --fast --rig " + rig), std::string::npos)
+        << made.out << made.err;
+  }
+}
+
 TEST(DesignBand, MakesRealisationsOfOddLinesThatPartNoiseAndDistortion) {
   const TemporaryFolder folder;
   const std::string rig = source_file("config/rigs/sim.toml");
