@@ -61,7 +61,8 @@ void add_common_options(CLI::App& app, ConsoleOptions& console) {
   for (const LengthUnit& unit : kLengthUnits) units.emplace_back(unit.name);
   app.add_option("--units", console.units, "Unit of lengths for people (default: the rig file's, else the record's)")
       ->type_name(fmt::format("{}", fmt::join(units, "|")))
-      ->transform(CLI::IsMember(units, [](std::string unit) { return unit_as_written_here(unit); }).description(""));
+      ->transform(
+          CLI::IsMember(units, [](const std::string& unit) { return unit_as_written_here(unit); }).description(""));
   app.add_flag("--no-progress", console.no_progress, "No progress bar on a terminal (NO_COLOR: no colours)");
 }
 
