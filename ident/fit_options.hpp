@@ -22,11 +22,18 @@ enum class IntervalMethod {
   straight,  ///< from standard errors alone, for callers that need only the estimates
 };
 
+/// Results that a fit computes.
+enum class Reported {
+  everything,
+  estimation,  ///< not the Bode curve, the validation and the noise: of a model that only serves others, or not yet
+};
+
 /// Options of a fit to one record.
 struct FitOptions {
   Procedure procedure = Procedure::standard;
   Search search = Search::global;
   IntervalMethod intervals = IntervalMethod::profile;
+  Reported reported = Reported::everything;
   int decimation = 1;      ///< model and data are compared at every Nth sample
   double discard_s = 0.0;  ///< not compared, though simulated [s]
   double split = 0.5;      ///< share of the compared samples that estimates; 1 leaves no validation

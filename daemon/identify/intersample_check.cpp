@@ -49,6 +49,7 @@ ident::Model again(const Source& source, const IdentificationTask& task, const A
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
+  options.reported = ident::Reported::estimation;
   const ident::PreparedRecord prepared(fine, options);
   return ident::fit(prepared, attempt.structure, options, thread_executor(), {attempt.from->result.model}).model;
 }

@@ -63,12 +63,12 @@ class DefaultFit {
   /// The report of an optimum that this structure had.
   FitResult again(const FittedOptimum& fitted) {
     if (behind_valve_) asked_ = *behind_valve_;
-    return report(fitted.optimum, Reported::everything);
+    return report(fitted.optimum);
   }
 
-  FitResult run(Reported what) {
+  FitResult run() {
     if (options_.search == Search::nearest) {
-      if (const auto near = nearest()) return report(with_bias_named_if_integrating(*near), what);
+      if (const auto near = nearest()) return report(with_bias_named_if_integrating(*near));
     }
     std::vector<LocalOptimum> optima;
     const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
@@ -90,7 +90,7 @@ class DefaultFit {
       chosen = std::move(*refined);
     }
     check_map(chosen);
-    return report(chosen, what);
+    return report(chosen);
   }
 
  private:
@@ -413,18 +413,16 @@ class DefaultFit {
     return chosen;
   }
 
-  [[nodiscard]] FitResult report(const LocalOptimum& chosen, Reported what) const {
-    return report_of(chosen,
-                     {.prepared = prepared_,
-                      .compared = compared_,
-                      .options = options_,
-                      .executor = executor_,
-                      .given = given_,
-                      .asked = asked_,
-                      .scale = scale_,
-                      .rests_before = rest_ && !bias_asked_,
-                      .work = work_},
-                     what);
+  [[nodiscard]] FitResult report(const LocalOptimum& chosen) const {
+    return report_of(chosen, {.prepared = prepared_,
+                              .compared = compared_,
+                              .options = options_,
+                              .executor = executor_,
+                              .given = given_,
+                              .asked = asked_,
+                              .scale = scale_,
+                              .rests_before = rest_ && !bias_asked_,
+                              .work = work_});
   }
 
   const PreparedRecord& prepared_;
@@ -454,6 +452,7 @@ FitResult with_profiles(const PreparedRecord& prepared, const FitResult& fitted,
                         const Executor& executor) {
   FitOptions profiled = options;
   profiled.intervals = IntervalMethod::profile;
+  profiled.reported = Reported::everything;
   FitResult result = DefaultFit(prepared, fitted.fitted->asked, profiled, executor, {}).again(*fitted.fitted);
   result.model.estimation->evaluations += fitted.model.estimation->evaluations;
   result.model.estimation->seconds = fitted.model.estimation->seconds;
@@ -462,8 +461,8 @@ FitResult with_profiles(const PreparedRecord& prepared, const FitResult& fitted,
 }
 
 FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
-                         const Executor& executor, const std::vector<Model>& known, Reported reported) {
-  return DefaultFit(prepared, asked, options, executor, known).run(reported);
+                         const Executor& executor, const std::vector<Model>& known) {
+  return DefaultFit(prepared, asked, options, executor, known).run();
 }
 
 }  // namespace eha::ident

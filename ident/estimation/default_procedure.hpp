@@ -14,7 +14,7 @@ namespace eha::ident {
 ///                most 0.1 % above theirs
 [[nodiscard]] FitResult fit_by_default(const PreparedRecord& prepared, const StructureOptions& asked,
                                        const FitOptions& options, const Executor& executor,
-                                       const std::vector<Model>& known, Reported reported = Reported::everything);
+                                       const std::vector<Model>& known);
 
 /// A model that a fit without profiles gave, with intervals by profile; `work` is that of the profiles.
 /// @param fitted  by fit_by_default()

@@ -65,6 +65,7 @@ class SubFits {
       : prepared_(prepared), options_(options), executor_(executor) {
     options_.intervals = IntervalMethod::straight;
     options_.search = Search::known;
+    options_.reported = Reported::estimation;
   }
 
   void fit_inside(const StructureOptions& asked, const FitProgress& progress) {
@@ -78,7 +79,7 @@ class SubFits {
         // The basin of a fractional optimum need not hold a structure of integer order.
         const bool is_integer = has_finite_state(smaller.structure) || asked_behind_valve(smaller);
         options_.search = is_integer ? Search::known : Search::global;
-        FitResult fitted = fit_by_default(prepared_, smaller, options_, executor_, models_, Reported::estimation);
+        FitResult fitted = fit_by_default(prepared_, smaller, options_, executor_, models_);
         if (fitted.model.estimation->information) {
           structures_.push_back({name, fitted.model.estimation->information->ar_bic});
         }

@@ -18,6 +18,7 @@
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/ladder_fits.hpp"
 #include "ident/estimation/left_out.hpp"
+#include "ident/estimation/optimum_report.hpp"
 #include "ident/estimation/rungs.hpp"
 #include "ident/estimation/sub_structures.hpp"
 #include "ident/estimation/valve_gain.hpp"
@@ -205,6 +206,7 @@ class Climber {
 
   /// Whether the residual of the best model depends on past input.
   bool misses_a_part() {
+    complete_all();
     const ClimbedModel* best = best_of([](const ClimbedModel&) { return true; });
     if (best == nullptr || !best->result.model.validation) return false;
     const auto& tests = best->result.model.validation->tests;
@@ -327,7 +329,18 @@ class Climber {
     return fits_.fitted(*asked, Search::known, {climbed.result.model}, left_);
   }
 
+  /// Judges the models by the part of the record that does not estimate, too.
+  void complete_all() {
+    at_once(climb_.models.size(), [&](std::size_t k) {
+      ClimbedModel& climbed = climb_.models[k];
+      if (is_complete(climbed.result)) return;
+      complete_report(climbed.result, prepared_, Effects::leave_out);
+      fits_.judge_anew(climbed);
+    });
+  }
+
   void recommend_anew() {
+    complete_all();
     std::vector<const Model*> models;
     for (const ClimbedModel& climbed : climb_.models) models.push_back(&climbed.result.model);
     climb_.recommendation = recommend(models, limits_.acceptance, limits_.facts.interpolated_percent);

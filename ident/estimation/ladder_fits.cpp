@@ -36,6 +36,7 @@ std::optional<ClimbedModel> LadderFits::fitted(const StructureOptions& asked, Se
   FitOptions options = options_;
   options.intervals = IntervalMethod::straight;
   options.search = search;
+  options.reported = Reported::estimation;
   left.signatures.insert(signature(asked));
   try {
     ClimbedModel climbed{asked, fit_structure_(asked, options, known), search == Search::nearest};

@@ -40,7 +40,7 @@ class LadderFits {
   LadderFits(const FitOptions& options, const LadderLimits& limits, const FitStructure& fit_structure)
       : options_(options), limits_(limits), fit_structure_(fit_structure) {}
 
-  /// The intervals of the parameters come from standard errors.
+  /// The intervals of the parameters come from standard errors; the report is not complete.
   /// @param known  what it starts from @returns nothing where the record does not allow the structure
   [[nodiscard]] std::optional<ClimbedModel> fitted(const StructureOptions& asked, Search search,
                                                    const std::vector<Model>& known, LeftByFits& left) const;

@@ -107,6 +107,7 @@ void note_left_out(FitResult& result, const PreparedRecord& prepared, const Stru
   if (!model.estimation || !model.estimation->information) return;
   FitOptions quick = options;
   quick.intervals = IntervalMethod::straight;
+  quick.reported = Reported::estimation;
   double least = std::numeric_limits<double>::infinity();  // over the denominator's orders
   std::vector<LeftOut> left_out;
   std::vector<bool> of_denominator;
@@ -119,7 +120,7 @@ void note_left_out(FitResult& result, const PreparedRecord& prepared, const Stru
     if (known == fitted.end()) {
       double ar_bic = std::numeric_limits<double>::infinity();
       try {
-        const FitResult without = fit_by_default(prepared, *smaller, quick, executor, {}, Reported::estimation);
+        const FitResult without = fit_by_default(prepared, *smaller, quick, executor, {});
         result.work["left_out"] += total(without.work);
         ar_bic = without.model.estimation->information->ar_bic;
       } catch (const NoStableModel&) {

@@ -62,7 +62,7 @@ Eigen::VectorXd plain_residual(const LocalOptimum& chosen, const ComparedRecord&
 
 }  // namespace
 
-FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit, Reported what) {
+FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
   const Record& record = fit.prepared.record;
   const FitRows& rows = fit.prepared.rows;
   LinearSolution solution = chosen.best.point.linear;
@@ -92,16 +92,9 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit, Reported
       result,
       {.compared = fit.compared, .optimum = chosen, .linear = reported, .solution = solution, .asked = fit.asked},
       profiles ? &profile : nullptr);
-  const double compared_step_s = record.step_s * static_cast<double>(rows.comparison.every);
-  model.estimation->compared_step_s = compared_step_s;
-  if (what == Reported::everything) {
-    model.bode = bode_curve(model, bode_frequencies(fit.scale.duration_s, compared_step_s), result.covariance);
-    fill_validation(result, record, rows.comparison, profiles ? Effects::include : Effects::leave_out);
-    fill_noise(result, chosen.noise.has_value());
-  } else {
-    const Eigen::VectorXd& measured = fit.compared.measured();
-    model.estimation->score = score(measured, measured - plain_residual(chosen, fit.compared));
-  }
+  model.estimation->compared_step_s = record.step_s * static_cast<double>(rows.comparison.every);
+  const Eigen::VectorXd& measured = fit.compared.measured();
+  model.estimation->score = score(measured, measured - plain_residual(chosen, fit.compared));
   // Highest order first, as transfer functions are written.
   std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
   std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());
@@ -110,7 +103,21 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit, Reported
   fitted->optimum.best.point.orthonormal.resize(0, 0);
   fitted->optimum.best.point.passed.reset();
   result.fitted = std::move(fitted);
+  if (fit.options.reported == Reported::everything) {
+    complete_report(result, fit.prepared, profiles ? Effects::include : Effects::leave_out);
+  }
   return result;
 }
+
+void complete_report(FitResult& result, const PreparedRecord& prepared, Effects effects) {
+  Model& model = result.model;
+  const std::vector<double> frequencies =
+      bode_frequencies(result.fitted->scale.duration_s, model.estimation->compared_step_s.value());
+  model.bode = bode_curve(model, frequencies, result.covariance);
+  fill_validation(result, prepared.record, prepared.rows.comparison, effects);
+  fill_noise(result, result.fitted->optimum.noise.has_value());
+}
+
+bool is_complete(const FitResult& result) { return result.simulated.size() > 0; }
 
 }  // namespace eha::ident

@@ -4,14 +4,9 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/estimation/prepared_record.hpp"
+#include "ident/validation/residual_tests.hpp"
 
 namespace eha::ident {
-
-/// Results that a fit computes in addition to the estimate.
-enum class Reported {
-  everything,
-  estimation,  ///< not the Bode curve and the validation: of a model that only serves others
-};
 
 /// What a fit has, besides its optimum, to be reported.
 struct FitAtItsEnd {
@@ -26,8 +21,15 @@ struct FitAtItsEnd {
   const WorkByStage& work;
 };
 
-/// The model of an optimum with intervals, Bode curve and, where `what` wants everything, validation and noise.
-/// Cost: of everything a simulation for each test and frequency; profiles cost as ProfileSearch says.
-[[nodiscard]] FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit, Reported what);
+/// The model of an optimum with intervals and, where the options want everything, what complete_report() adds.
+/// Cost: profiles cost as ProfileSearch says.
+[[nodiscard]] FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit);
+
+/// Adds Bode curve, validation and noise to a report of the estimation alone. Cost: a simulation for each test.
+/// @param result  of report_of()
+void complete_report(FitResult& result, const PreparedRecord& prepared, Effects effects);
+
+/// Whether a report has what complete_report() adds.
+[[nodiscard]] bool is_complete(const FitResult& result);
 
 }  // namespace eha::ident

@@ -141,6 +141,21 @@ TEST(Ladder, FindsAFractionalPlant) {
   EXPECT_FALSE(found.recommendation.runner_up.empty());
 }
 
+TEST(Ladder, JudgesEveryModelByThePartThatDoesNotEstimate) {
+  const Climb found = climbed(record_of(fractional(0.5, 1.6, 0.8, 0.3, 1.0), 0.05, 0.002, 6));
+  for (const ClimbedModel& climbed : found.models) {
+    const Model& model = climbed.result.model;
+    ASSERT_TRUE(model.validation) << model.name;
+    EXPECT_TRUE(model.bode) << model.name;
+    EXPECT_TRUE(model.estimation->noise) << model.name;
+    EXPECT_EQ(climbed.result.simulated.size(), climbed.result.measured.size()) << model.name;
+    const auto& criteria = model.verdict.value().criteria;
+    EXPECT_TRUE(std::any_of(criteria.begin(), criteria.end(), [](const Criterion& c) {
+      return c.parameter == "validation";
+    })) << model.name;
+  }
+}
+
 TEST(Ladder, FindsADelayWhereThereIsOne) {
   Model plant = fractional(0.3, 2.0, 1.0, 0.6, 1.0);
   plant.transfer_function.delay_s = 0.32;
