@@ -13,6 +13,7 @@
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/known_starts.hpp"
+#include "ident/estimation/moving_gain.hpp"
 #include "ident/estimation/nearest_fit.hpp"
 #include "ident/estimation/noise_fit.hpp"
 #include "ident/estimation/optimum_report.hpp"
@@ -33,9 +34,7 @@ constexpr std::size_t kMostFollowed = 4;
 constexpr std::size_t kMostFollowedFromKnown = 1;  // beside the best known model
 constexpr std::size_t kMostBehindValve = 3;        // optima behind a map that are followed on the whole record
 constexpr double kNowhereNear = 4.0;               // times the least cost of a start
-// A fit from known models is never worse than one of them, except for the tolerance of the search.
-constexpr double kNoWorse = 1e-3;
-constexpr int kMostFurtherRounds = 3;  // along a flat valley
+constexpr int kMostFurtherRounds = 3;              // along a flat valley
 
 /// One structure on one record.
 class DefaultFit {
@@ -74,6 +73,7 @@ class DefaultFit {
     const bool maps_known_models = behind_valve_ && options_.search == Search::known && has_known_behind_valve();
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
       if (maps_known_models) break;
+      if (is_left_out(variant, optima)) continue;
       for (LocalOptimum& optimum : estimate(variant, optima)) optima.push_back(std::move(optimum));
     }
     if (behind_valve_) {
@@ -282,12 +282,19 @@ class DefaultFit {
     return optima;
   }
 
+  /// Whether a start in motion needs no search.
+  [[nodiscard]] bool is_left_out(const Variant& variant, const std::vector<LocalOptimum>& found) {
+    const MovingStart start{compared_, parametrisation_, variant, asked_, scale_.duration_s, known_};
+    return options_.search == Search::known && is_needless(start, found, work_["search"]);
+  }
+
   /// Turns to the structure behind its map. @param linear  optima without the map
   std::vector<LocalOptimum> followed_behind_valve(const std::vector<LocalOptimum>& linear) {
     asked_ = *behind_valve_;
     parametrisation_ = Parametrisation::search(asked_, scale_);
     std::vector<LocalOptimum> optima;
     for (const Variant& variant : variants(asked_, compared_.past().size(), rest_.has_value())) {
+      if (is_left_out(variant, optima)) continue;
       const std::size_t free = free_parameters(parametrisation_, variant.linear);
       const OutputError rough(*searched_.front(), parametrisation_, variant.linear);
       std::vector<Eigen::VectorXd> guesses = valve_starts(linear, variant, parametrisation_, asked_, scale_);

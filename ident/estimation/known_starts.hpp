@@ -25,6 +25,9 @@ struct KnownStarts {
 [[nodiscard]] KnownStarts known_starts(const Parametrisation& parametrisation, const std::vector<Model>& known,
                                        const Parametrisation::Scale& scale);
 
+/// A fit from known models is never worse than one of them, except for the tolerance of the search.
+constexpr double kNoWorse = 1e-3;
+
 /// The least mean square error of the models that have a place in the parametrisation; infinite without one.
 [[nodiscard]] double least_known_error(const Parametrisation& parametrisation, const std::vector<Model>& known);
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "ident/estimation/known_starts.hpp"
+#include "ident/estimation/moving_gain.hpp"
 #include "ident/estimation/variants.hpp"
 
 namespace eha::ident {
@@ -18,6 +19,8 @@ std::optional<LocalOptimum> nearest_optimum(const NearestFit& fit, const std::ve
   std::vector<LocalOptimum> optima;
   for (const Variant& variant : variants(fit.asked, fit.compared.past().size(), fit.rests_before)) {
     Parametrisation parametrisation = Parametrisation::search(fit.asked, fit.scale);
+    const MovingStart moving{fit.compared, parametrisation, variant, fit.asked, fit.scale.duration_s, known};
+    if (is_needless(moving, optima, work)) continue;
     const KnownStarts starts = known_starts(parametrisation, known, fit.scale);
     if (starts.at.empty()) return {};
     std::vector<Eigen::VectorXd> guesses;
