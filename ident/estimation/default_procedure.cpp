@@ -158,14 +158,26 @@ class DefaultFit {
     return *guesses_;
   }
 
+  /// A guess of poles says nothing of the input's bias, which the closest known model has.
+  [[nodiscard]] static Eigen::VectorXd with_bias_of(const KnownStarts& known, const Parametrisation& parametrisation,
+                                                    Eigen::VectorXd guess) {
+    const std::vector<Coordinate>& coordinates = parametrisation.coordinates();
+    for (std::size_t l = 0; l < coordinates.size() && !known.at.empty(); ++l) {
+      const auto i = static_cast<Eigen::Index>(l);
+      if (coordinates[l].role == CoordinateRole::input_bias) guess[i] = known.at.front()[i];
+    }
+    return guess;
+  }
+
   /// Coordinates worth a start: guessed poles, known models, and the optima of other variants.
   [[nodiscard]] std::vector<Eigen::VectorXd> guesses_for(const Parametrisation& parametrisation,
                                                          const std::vector<LocalOptimum>& found) {
     std::vector<Eigen::VectorXd> guesses;
-    for (const PoleGuess& guess : pole_guesses()) {
-      if (const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s)) guesses.push_back(*theta);
-    }
     const KnownStarts known = known_starts(parametrisation, known_, scale_);
+    for (const PoleGuess& guess : pole_guesses()) {
+      const auto theta = parametrisation.at_poles(guess.poles, guess.delay_s);
+      if (theta) guesses.push_back(with_bias_of(known, parametrisation, *theta));
+    }
     known.append_to(guesses);
     for (const LocalOptimum& optimum : found) {
       // The input bias, the last coordinate, may be one of this variant alone.
@@ -187,7 +199,7 @@ class DefaultFit {
     const std::size_t free = free_parameters(parametrisation, problem.linear());
     const std::vector<Eigen::VectorXd> guesses = guesses_for(parametrisation, known);
     SearchResult found;
-    if (options_.search == Search::known) found = polished(problem, guesses, executor_);
+    if (options_.search == Search::known) found = polished(problem, guesses, Wanted::best, executor_);
     if (found.optima.empty()) {
       work_["search"] += found.work;
       found = search(problem, guesses, options_.seed, executor_);
@@ -301,9 +313,9 @@ class DefaultFit {
       const KnownStarts known = known_starts(parametrisation_, known_, scale_);
       known.append_to(guesses);
       for (const LocalOptimum& other : optima) guesses.push_back(other.best.theta);
-      SearchResult found = polished(rough, guesses, executor_);
-      work_["search"] += found.work;
       const std::size_t most = linear.empty() ? kMostFollowedFromKnown : kMostBehindValve;
+      SearchResult found = polished(rough, guesses, most == 1 ? Wanted::best : Wanted::distinct, executor_);
+      work_["search"] += found.work;
       found.optima.resize(std::min(found.optima.size(), most));
       if (searches_whole()) {
         forget_work(found.optima);
@@ -367,7 +379,7 @@ class DefaultFit {
     const std::vector<Eigen::VectorXd> starts = revived(chosen.parametrisation, chosen.best.theta);
     if (starts.empty() || options_.search == Search::local) return chosen;
     const OutputError rough(*searched_.front(), chosen.parametrisation, chosen.variant.linear);
-    const SearchResult found = polished(rough, starts, executor_);
+    const SearchResult found = polished(rough, starts, Wanted::best, executor_);
     work_["search"] += found.work;
     if (found.optima.empty()) return chosen;
     const OutputError problem(compared_, chosen.parametrisation, chosen.variant.linear);

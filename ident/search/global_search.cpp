@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlopt.hpp>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "ident/signal/fft.hpp"
@@ -37,6 +38,7 @@ constexpr double kLeastWidth = 1e-12;    // of a side of the search box
 constexpr std::array<double, 7> kScan = {0.1, 1.0, 2.5, 4.0, 5.5, 7.0, 9.0};  // weight coordinates, 1e-3 to 30
 constexpr double kAtItsEnd = 0.1;                                             // share of the range of an order
 constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
+constexpr double kNearBest = 1.01;  // costs so near the least one are predicted well
 
 /// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
 /// Increments, because the drift of an output has more power than its fast part.
@@ -252,7 +254,10 @@ struct Heat {
   double behind;            ///< times the least cost; what costs more drops out
 };
 // The cost of a start says little; that of ten steps nearly all. Where all costs are alike all go on.
-constexpr std::array<Heat, 3> kHeats = {{{5, 10, 10.0}, {5, 5, 4.0}, {10, 2, 1.5}}};
+constexpr std::array<Heat, 4> kHeats = {{{5, 10, 10.0}, {5, 5, 4.0}, {10, 2, 1.5}, {20, 2, 1.5}}};
+// Of poles the cost of a start says more, of poles and a delay somewhat.
+constexpr Heat kOfPoles = {0, 8, 30.0};
+constexpr Heat kOfPolesAndDelay = {0, 12, 30.0};
 constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
 /// Searches on from each, roughly.
@@ -283,12 +288,44 @@ void keep_distinct(std::vector<LeastSquaresResult>& searches, const SearchBox& b
   searches = std::move(kept);
 }
 
+/// What the costs of the starts let go on; nothing where orders or a map are searched.
+std::optional<Heat> heat_of_starts(const Parametrisation& parametrisation) {
+  Heat heat = kOfPoles;
+  for (const Coordinate& c : parametrisation.coordinates()) {
+    switch (c.role) {
+      case CoordinateRole::weighted_denominator:
+      case CoordinateRole::section_frequency:
+      case CoordinateRole::section_damping:
+      case CoordinateRole::input_bias:
+        break;
+      case CoordinateRole::delay:
+        heat = kOfPolesAndDelay;
+        break;
+      default:
+        return std::nullopt;
+    }
+  }
+  return heat;
+}
+
 /// Leaves the searches that a heat lets go on. @param searches  the best first
 void drop_beaten(std::vector<LeastSquaresResult>& searches, const Heat& heat, Work& left) {
   std::size_t go_on = searches.size();
   while (go_on > heat.least && searches[go_on - 1].point.cost > heat.behind * searches.front().point.cost) --go_on;
   for (std::size_t k = go_on; k < searches.size(); ++k) left += searches[k].work;
   searches.resize(go_on);
+}
+
+/// Leaves the best search and those that may still overtake it. @param searches  the best first
+void drop_overtaken(std::vector<LeastSquaresResult>& searches, Work& left) {
+  const double least = searches.empty() ? 0.0 : searches.front().point.cost;
+  std::size_t index = 0;
+  std::erase_if(searches, [&](const LeastSquaresResult& search) {
+    const bool is_near = search.point.cost <= kNearBest * least;
+    const bool drops = index++ > 0 && is_near && search.predicted_cost > (1.0 - kSameCost) * least;
+    if (drops) left += search.work;
+    return drops;
+  });
 }
 
 /// Feasible optima, the best first, without repetitions.
@@ -358,17 +395,22 @@ LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::V
   return std::move(kept);
 }
 
-SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
+SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts, Wanted wanted,
                       const Executor& executor) {
   const SearchBox box(problem.parametrisation().coordinates());
   std::vector<LeastSquaresResult> searches(starts.size());
   executor(starts.size(), [&](std::size_t k) { searches[k] = begun(problem, starts[k]); });
   SearchResult result;
   keep_distinct(searches, box, kSameBasin, result.work);
+  const bool is_thin = is_thinly_covered(problem.parametrisation());
+  const std::optional<Heat> of_starts = heat_of_starts(problem.parametrisation());
+  if (!is_thin && of_starts) drop_beaten(searches, *of_starts, result.work);
   for (const Heat& heat : kHeats) {
     proceed_with_all(problem, searches, heat.simulations, executor);
     keep_distinct(searches, box, kSameBasin, result.work);
-    if (!is_thinly_covered(problem.parametrisation())) drop_beaten(searches, heat, result.work);
+    if (is_thin) continue;
+    drop_beaten(searches, heat, result.work);
+    if (wanted == Wanted::best) drop_overtaken(searches, result.work);
   }
   proceed_with_all(problem, searches, kRough.max_evaluations, executor);
   for (const LeastSquaresResult& search : searches) result.work += search.work;
@@ -391,7 +433,7 @@ SearchResult search(const OutputError& problem, const std::vector<Eigen::VectorX
   for (Eigen::VectorXd& guess : best_of(guessed, kGuessesPolished, box, kDistinctGuess)) {
     starts.push_back(std::move(guess));
   }
-  result = polished(problem, starts, executor);
+  result = polished(problem, starts, Wanted::distinct, executor);
   result.work.global_searches = 1;
   result.work += problem.evaluation_work(seen.tried + guesses.size());
   return result;

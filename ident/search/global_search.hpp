@@ -46,10 +46,15 @@ struct SearchResult {
 /// vanished no longer determines its order. Keeps the better result.
 [[nodiscard]] LeastSquaresResult minimise_from_afar(const OutputError& problem, const Eigen::VectorXd& start);
 
+enum class Wanted {
+  best,      ///< one optimum: a search that by its linearised problem comes to no lower cost than the best drops out
+  distinct,  ///< others beside it
+};
+
 /// A race of rough local searches from the distinct starts; what meets a better one or costs far more drops out.
 /// @returns the distinct optima, best first
 [[nodiscard]] SearchResult polished(const OutputError& problem, const std::vector<Eigen::VectorXd>& starts,
-                                    const Executor& executor);
+                                    Wanted wanted, const Executor& executor);
 
 /// Scans the search box by controlled random searches (NLopt's CRS2 with local mutation, seeded) of four populations at
 /// the same time, and polishes the best distinct points it saw, and the best of the guesses, as polished() does.

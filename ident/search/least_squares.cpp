@@ -146,6 +146,7 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
   const Eigen::VectorXd max_step = problem.parametrisation().max_step();
   const double total = problem.output_energy();
   Linearised linearised(result.point);
+  result.predicted_cost = result.point.cost - linearised.target.squaredNorm();
   Eigen::VectorXd scale = Eigen::VectorXd::Constant(result.theta.size(), kTiny);
   Damping damping{.value = result.damping > 0.0 ? result.damping : options.first_damping};
   const std::size_t most = result.work.simulations() + options.max_evaluations - 1;
@@ -176,6 +177,7 @@ Termination iterate(const OutputError& problem, const Box& box, const LeastSquar
       result.theta = next;
       result.point = std::move(*trial);
       linearised = Linearised(result.point);
+      result.predicted_cost = result.point.cost - linearised.target.squaredNorm();
       if (settled) return Termination::converged;
       damping.succeed(ratio);
       result.damping = damping.value;

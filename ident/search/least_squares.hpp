@@ -38,7 +38,8 @@ struct LeastSquaresResult {
   OutputError::Point point;  ///< with Jacobian, once a search has begun
   Work work;
   Termination termination = Termination::infeasible;
-  double damping = 0.0;  ///< to go on with; 0: not begun
+  double damping = 0.0;         ///< to go on with; 0: not begun
+  double predicted_cost = 0.0;  ///< after one undamped Gauss-Newton step, without bounds
 };
 
 /// Whether `a` is feasible and `b` is not, or has the higher cost.

@@ -156,6 +156,13 @@ TEST(Ladder, JudgesEveryModelByThePartThatDoesNotEstimate) {
   }
 }
 
+TEST(Ladder, SearchesFromFewStarts) {
+  const Climb found = climbed(record_of(fractional(0.5, 1.6, 0.8, 0.3, 1.0), 0.05, 0.002, 6));
+  const Work work = total(found.work);
+  EXPECT_LT(work.local_searches, 200U);
+  EXPECT_LT(work.evaluations, 1900U);
+}
+
 TEST(Ladder, FindsADelayWhereThereIsOne) {
   Model plant = fractional(0.3, 2.0, 1.0, 0.6, 1.0);
   plant.transfer_function.delay_s = 0.32;

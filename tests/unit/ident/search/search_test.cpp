@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
@@ -123,14 +124,8 @@ TEST(Search, TakesTheAliasBelowTheNyquistFrequency) {
   EXPECT_GT(model.validation->score.r2_percent, 99.5);
 }
 
-TEST(Polished, FindsTheBestOfManyStartsWithoutASearchFromEach) {
-  Model plant;
-  plant.transfer_function = {{{0.8, 0.0}}, {{1.0, 2.0}, {0.5, 1.0}, {25.0, 0.0}}, 0.0};
-  const Record record = record_of(plant, 0.04, 1000, 12, 0.02);
-  const PreparedRecord prepared(record, {});
-  const StructureOptions asked = integer(2, 0);
-  const Parametrisation parametrisation = Parametrisation::search(asked, {40.0, record.step_s});
-  const OutputError problem(prepared.compared({}), parametrisation, variant_at_rest(asked).linear);
+/// Pairs of real poles over four decades.
+std::vector<Eigen::VectorXd> real_poles(const Parametrisation& parametrisation) {
   std::vector<Eigen::VectorXd> starts;
   for (int i = 0; i < 20; ++i) {
     for (int k = 0; k <= i; ++k) {
@@ -138,12 +133,89 @@ TEST(Polished, FindsTheBestOfManyStartsWithoutASearchFromEach) {
       starts.push_back(parametrisation.at_poles({pole(i), pole(k)}, 0.0).value());
     }
   }
-  const SearchResult together = polished(problem, starts, run_in_order);
-  double least = std::numeric_limits<double>::infinity();
-  for (const Eigen::VectorXd& start : starts) least = std::min(least, minimise(problem, start).point.cost);
+  return starts;
+}
+
+/// Two poles fitted to a record of a plant, from many starts.
+struct TwoPolesFromAfar {
+  explicit TwoPolesFromAfar(const Model& plant)
+      : record(record_of(plant, 0.04, 1000, 12, 0.02)),
+        prepared(record, {}),
+        asked(integer(2, 0)),
+        parametrisation(Parametrisation::search(asked, {40.0, record.step_s})),
+        problem(prepared.compared({}), parametrisation, variant_at_rest(asked).linear),
+        starts(real_poles(parametrisation)) {}
+
+  [[nodiscard]] double least_cost() const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Eigen::VectorXd& start : starts) least = std::min(least, minimise(problem, start).point.cost);
+    return least;
+  }
+
+  Record record;
+  PreparedRecord prepared;
+  StructureOptions asked;
+  Parametrisation parametrisation;
+  OutputError problem;
+  std::vector<Eigen::VectorXd> starts;
+};
+
+Model resonance() {
+  Model plant;
+  plant.transfer_function = {{{0.8, 0.0}}, {{1.0, 2.0}, {0.5, 1.0}, {25.0, 0.0}}, 0.0};
+  return plant;
+}
+
+TEST(Polished, FindsTheBestOfManyStartsAlikeWithoutAWholeSearchFromEach) {
+  const TwoPolesFromAfar fit(resonance());
+  const SearchResult together = polished(fit.problem, fit.starts, Wanted::distinct, run_in_order);
   ASSERT_FALSE(together.optima.empty());
-  EXPECT_LT(together.optima.front().point.cost, least * (1.0 + 1e-6));
-  EXPECT_LT(together.work.simulations(), 8 * starts.size());
+  EXPECT_LT(together.optima.front().point.cost, fit.least_cost() * (1.0 + 1e-6));
+  EXPECT_LT(together.work.simulations(), 8 * fit.starts.size());
+}
+
+TEST(Polished, BeginsNoSearchOfPolesAtAStartThatCostsFarMoreThanOthers) {
+  TwoPolesFromAfar fit(resonance());
+  const std::complex<double> pole(-0.25, 4.98);
+  fit.starts.push_back(fit.parametrisation.at_poles({pole, std::conj(pole)}, 0.0).value());
+  const SearchResult together = polished(fit.problem, fit.starts, Wanted::distinct, run_in_order);
+  ASSERT_FALSE(together.optima.empty());
+  EXPECT_LT(together.optima.front().point.cost, fit.least_cost() * (1.0 + 1e-6));
+  EXPECT_LT(together.work.local_searches, 10U);
+}
+
+TEST(Polished, EndsSearchesThatCannotOvertakeWhereTheBestOptimumAloneIsWanted) {
+  Model plant;
+  plant.transfer_function = {{{0.8, 0.0}}, {{0.3, 2.0}, {1.0, 1.0}, {0.6, 0.0}}, 0.0};
+  StructureOptions asked = integer(2, 0);
+  asked.structure = input_map_kinds().back().put_before(asked.structure);
+  std::size_t of_all = 0;
+  std::size_t of_one = 0;
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    const Record record = record_of(plant, 0.04, 1000, seed, 0.1);
+    const PreparedRecord prepared(record, {});
+    const Parametrisation parametrisation =
+        Parametrisation::search(asked, {40.0, record.step_s, record.input.minCoeff(), record.input.maxCoeff()});
+    const OutputError problem(prepared.compared({false, true}), parametrisation,
+                              variants(asked, 0, /*at_rest_before=*/false).back().linear);
+    std::vector<Eigen::VectorXd> starts;
+    for (const double pole : {0.4, 0.5, 0.6}) {
+      for (const double map : {0.3, 0.4, 0.5, 0.6}) {
+        Eigen::VectorXd& start = starts.emplace_back(parametrisation.start());
+        for (Eigen::Index l = 0; l < start.size(); ++l) {
+          const Coordinate& c = parametrisation.coordinates().at(static_cast<std::size_t>(l));
+          start[l] = c.search_lower + (l < 2 ? pole : map) * (c.search_upper - c.search_lower);
+        }
+      }
+    }
+    const SearchResult all = polished(problem, starts, Wanted::distinct, run_in_order);
+    const SearchResult one = polished(problem, starts, Wanted::best, run_in_order);
+    ASSERT_FALSE(one.optima.empty());
+    EXPECT_LT(one.optima.front().point.cost, all.optima.front().point.cost * (1.0 + 1e-6)) << "seed " << seed;
+    of_all += all.work.simulations();
+    of_one += one.work.simulations();
+  }
+  EXPECT_LT(10 * of_one, 9 * of_all);
 }
 
 TEST(Realisation, GuessesThePolesOfAnExactRecord) {
