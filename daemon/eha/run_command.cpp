@@ -294,6 +294,7 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
   warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
+  say_motion_shown_first(planned.experiment.config, rig, console);
   report_rehearsal({planned.experiment, rig, start_of(rig), rehearsal}, file, risk, console);
   planned.margin_in = margin_of(rehearsal, rig);
   return planned;

@@ -151,6 +151,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     for (const std::string& sentence : config::off_grid_tones(prepared->config)) console.warning(sentence);
     warn_if_not_fittable(prepared->config, *rig, file.name, console);
     warn_if_not_rehearsed(prepared->config, *rig, file.name, console);
+    say_motion_shown_first(prepared->config, *rig, console);
     if (!status.at("run").is_null()) {
       console.info(
           fmt::format("{}: another experiment moves the rod; this one is rehearsed before it begins, from where "

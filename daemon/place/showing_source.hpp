@@ -13,6 +13,8 @@
 
 namespace eha::place {
 
+inline constexpr double kShowing_in = 0.3;  ///< at most, of the way there
+
 /// Places the rod a little towards mid-travel and back before another source begins, in its row 0. The bounds of a
 /// placing find a sensor that is dead, and gains or a null of [following] that are not the rod's, at its speed; the
 /// volts of the other source may be far from that where the rod already stands at its start. Real-time safe. Not
@@ -46,14 +48,13 @@ class ShowingSource final : public acquisition::CommandSource {
   }
 
  private:
-  static constexpr double kWay_in = 0.3;
   static constexpr double kMostOfTravel = 0.1;
 
   void begin(double place_in) noexcept {
     from_in_ = place_in;
     const double travel_in = limits_.travel_max_in - limits_.travel_min_in;
     const double to_middle_in = limits_.travel_min_in + 0.5 * travel_in - place_in;
-    move_to(place_in + std::copysign(std::min(kWay_in, kMostOfTravel * travel_in), to_middle_in));
+    move_to(place_in + std::copysign(std::min(kShowing_in, kMostOfTravel * travel_in), to_middle_in));
   }
   void move_to(double place_in) noexcept {
     way_.emplace(limits_, period_s_, place_in);

@@ -42,10 +42,9 @@ std::unique_ptr<CommandSource> under_pressure(const PlayRequest& request, std::u
   return std::make_unique<place::PressureSource>(*following, request.rig.realtime.sample_period_s, std::move(source));
 }
 
-/// Moves the rod a little and back before `source`, where nothing shows that the numbers of [following], by which its
-/// volts are chosen, were measured on this machine.
+/// Moves the rod a little and back before `source`, whose volts numbers choose or foretell that nobody measured.
 std::unique_ptr<CommandSource> shown(const PlayRequest& request, std::unique_ptr<CommandSource> source) {
-  if (!hal::moves_machine(request.rig.backend) || config::is_as_measured(request.rig)) return source;
+  if (!shows_motion_first(request.rig)) return source;
   return std::make_unique<place::ShowingSource>(request.rig.limits, request.rig.realtime.sample_period_s,
                                                 std::move(source));
 }
@@ -62,10 +61,14 @@ std::unique_ptr<CommandSource> table_of(const config::Played& played, const Play
 
 std::unique_ptr<CommandSource> source_of(const config::Played& played, const PlayRequest& request) {
   std::unique_ptr<CommandSource> table = table_of(played, request);
-  if (!played.start) return under_pressure(request, std::move(table));
-  // A held rod starts at the mean of its motion about the start.
-  const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
-  return started(request, played.start->displacement_in + ahead_in, std::move(table));
+  if (played.start) {
+    // A held rod starts at the mean of its motion about the start.
+    const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
+    table = started(request, played.start->displacement_in + ahead_in, std::move(table));
+  } else if (!shows_motion_first(request.rig)) {
+    table = under_pressure(request, std::move(table));
+  }
+  return shown(request, std::move(table));
 }
 
 std::unique_ptr<CommandSource> source_of(const config::Placing& placing, const PlayRequest& request) {
@@ -94,6 +97,10 @@ std::unique_ptr<CommandSource> source_of(const config::Tracking& tracking, const
 }
 
 }  // namespace
+
+bool shows_motion_first(const config::RigConfig& rig) {
+  return hal::moves_machine(rig.backend) && rig.limits.following && !config::is_as_measured(rig);
+}
 
 std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   return std::visit([&](const auto& kind) { return source_of(kind, request); }, request.experiment.kind);
