@@ -10,6 +10,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/measured_check.hpp"
+#include "config/rig_config.hpp"
+#include "core/error.hpp"
 #include "daemon/record/run_folder.hpp"
 
 namespace eha::test {
@@ -94,6 +97,22 @@ void set_key(std::string& text, const std::string& key, const std::string& value
   text.replace(begin, text.find_first_of(" \n", begin) - begin, value);
 }
 
+/// Adds the sums of a measurement of this rig to [following], so that a run begins with its experiment; see
+/// play::shows_motion_first(). A file that is not to be read stays as it is.
+std::string as_measured(std::string text) {
+  try {
+    const config::RigConfig rig = config::parse_rig(text, "rig.toml");
+    const std::string table = "\n[following]\n";
+    const std::size_t at = text.find(table);
+    if (!rig.limits.following || at == std::string::npos) return text;
+    text.insert(at + table.size(),
+                "measured_check = " + std::to_string(config::measured_check_of(*rig.limits.following)) +
+                    "\nmeasured_rig_check = " + std::to_string(config::measured_rig_check_of(rig.backend)) + "\n");
+  } catch (const Error&) {
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string pci1716_rig_text() {
@@ -113,14 +132,14 @@ std::string patient_pci1716_rig(const std::string& appended,
   set_key(rig, "abort_consecutive_late", "500");
   set_key(rig, "abort_total_late", "5000");
   for (const auto& [key, value] : changes) set_key(rig, key, value);
-  return write_rig(rig);
+  return write_rig(as_measured(std::move(rig)));
 }
 
 std::string kernel_board_rig(RigFile kind) {
   const std::string device = kind == RigFile::missing_device ? "/dev/comedi7" : "/dev/comedi0";
   const std::string board = kind == RigFile::wrong_board ? "pci1716" : "comedi_test";
   const std::string range_max_V = kind == RigFile::wrong_range ? "7.0" : "10.0";
-  return write_rig(R"(schema = 1
+  return write_rig(as_measured(R"(schema = 1
 name = "kernel test board"
 backend = "comedi"
 [limits]
@@ -147,9 +166,9 @@ abort_consecutive_late = 500
 abort_total_late = 5000
 [comedi]
 device = ")" + device +
-                   R"("
+                               R"("
 board = ")" + board +
-                   R"("
+                               R"("
 driver = "comedi_test"
 resolution_bits = 16
 feedback_settling_us = 10.0
@@ -171,7 +190,7 @@ channel = 0
 reference = "ground"
 range_min_V = -10.0
 range_max_V = )" + range_max_V +
-                   "\n");
+                               "\n"));
 }
 
 EhaRun::EhaRun(const std::string& rig_file, std::chrono::milliseconds duration, Tones tones)
