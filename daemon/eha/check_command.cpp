@@ -213,6 +213,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
   judge_travel({prepared, rig, *place_in, rehearsal}, command.file,
                command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
+  warn_of_little_motion({prepared, rig, *place_in, rehearsal}, command.file, console);
   report_experiment(command, prepared.config, rig, rehearsal, on_service, console);
   return ExitCode::ok;
 }

@@ -111,7 +111,10 @@ void print_identification(const identify::Identification& identification,
   for (const identify::Round& round : identification.rounds) {
     if (round.reason.empty()) continue;
     const bool is_fit = round.kind == identify::Round::Kind::fit;
-    console.print(wrapped(fmt::format("{} {}, because {}", is_fit ? "Tried" : "Next:", round.what, round.reason), 0));
+    // The reason stands above already where it is that of the answer.
+    const std::string because =
+        round.reason == identification.recommendation.reason ? "." : ", because " + round.reason;
+    console.print(wrapped(fmt::format("{} {}{}", is_fit ? "Tried" : "Next:", round.what, because), 0));
   }
   if (identification.next_experiment) {
     console.print(

@@ -141,11 +141,22 @@ void say_motion_shown_first(const config::ExperimentConfig& experiment, const co
       rig.file_name, unit.factor("in") * place::kShowing_in, unit.of("in")));
 }
 
+void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experiment_file, const Console& console) {
+  if (rehearsed.experiment.config.played() == nullptr) return;
+  const auto reach_V = reach_within_dead_band(rehearsed.experiment, rehearsed.rig);
+  if (!reach_V) return;
+  console.warning(fmt::format(
+      "{}: the volts go {:.2g} V from the valve's null ({:.3g} V), of which its dead band takes {:.2g} V: the rod will "
+      "hardly move, and the record tell little; play greater amplitudes",
+      experiment_file, *reach_V, rehearsed.rig.limits.following->null_V, rehearsed.rig.limits.following->dead_band_V));
+}
+
 void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                       const Console& console) {
   if (rehearsed.rehearsal) {
     console.info(fmt::format("{}: {}", experiment_file, sentence_on(*rehearsed.rehearsal, rehearsed.rig, console)));
   }
+  warn_of_little_motion(rehearsed, experiment_file, console);
   judge_travel(rehearsed, experiment_file, risk, console);
 }
 

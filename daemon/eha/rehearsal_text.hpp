@@ -54,6 +54,9 @@ void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const con
 void say_motion_shown_first(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                             const Console& console);
 
+/// Warns of an experiment whose volts hardly leave the valve's dead band.
+void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experiment_file, const Console& console);
+
 /// Prints the result of the rehearsal and judges it, before a run. @throws ConfigError  as judge_travel
 void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                       const Console& console);

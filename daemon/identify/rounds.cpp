@@ -46,6 +46,12 @@ std::optional<Rehearsal> rehearsed(const config::PreparedExperiment& experiment,
   return rehearse(experiment, rig, start_of(rig));
 }
 
+/// Twice as many, and enough for two whole ones behind the discarded time, which the measured frequency response needs.
+int more_repetitions(const config::ExperimentConfig& experiment) {
+  const double behind = std::ceil(2.0 + experiment.fit.discard_s / experiment.duration_s - 1e-9);
+  return std::max(2 * experiment.repetitions, static_cast<int>(std::min(behind, 1e6)));
+}
+
 /// Whether the input stands still most of the time, as a step does.
 bool moves_rarely(const config::PreparedExperiment& experiment) {
   constexpr int kFewMoves = 10;
@@ -57,15 +63,6 @@ bool moves_rarely(const config::PreparedExperiment& experiment) {
     was_moving = is_moving;
   }
   return !was_moving && moves < kFewMoves;
-}
-
-/// The greatest distance of the volts from the valve's null, where most of it is its dead band.
-std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,
-                                             const config::RigConfig& rig) {
-  constexpr double kLittle = 3.0;  // of the dead band
-  if (!rig.limits.following || experiment.table_V.size() == 0) return std::nullopt;
-  const double reach_V = (experiment.table_V.array() - rig.limits.following->null_V).abs().maxCoeff();
-  return reach_V < kLittle * rig.limits.following->dead_band_V ? std::optional(reach_V) : std::nullopt;
 }
 
 bool passes(const std::optional<Rehearsal>& rehearsal) {
@@ -117,15 +114,16 @@ std::string text_with_tones(const config::ExperimentConfig& experiment, const co
 std::optional<NextExperiment> longer_experiment(const Source& source) {
   if (!source.experiment || source.experiment->text.empty()) return {};
   const config::ExperimentConfig& experiment = *source.experiment;
-  const int repetitions = 2 * experiment.repetitions;
+  const int repetitions = more_repetitions(experiment);
   if (repetitions > kMostRepetitions) return {};
   const auto doubled = [&](const std::string& text) {
     return with_number(text, "repetitions", repetitions, "duration_s");
   };
   NextExperiment next{
       .text = doubled(experiment.text),
-      .reason = fmt::format("{} repetitions instead of {} halve the part of each estimate's variance that noise causes",
-                            repetitions, experiment.repetitions)};
+      .reason = fmt::format("{} repetitions instead of {} {} the part of each estimate's variance that noise causes",
+                            repetitions, experiment.repetitions,
+                            repetitions == 2 * experiment.repetitions ? "halve" : "lessen")};
   try {
     const std::optional<config::RigConfig> rig = rig_of(source);
     const auto same = rig ? std::optional(prepared(next.text, *rig)) : std::nullopt;
@@ -136,13 +134,15 @@ std::optional<NextExperiment> longer_experiment(const Source& source) {
       longer.text = next.text;
       next.text = text_with_tones(longer, *rig);
       if (next.text.empty()) return {};
-      next.reason =
-          weak_V ? fmt::format("the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V: "
-                               "greater tones move the rod, and in the rehearsal stay clear of the rig's limits",
-                               *weak_V, rig->limits.following->dead_band_V)
-                 : fmt::format("a multisine moves the input all the time, and in the rehearsal it stays clear of the "
-                               "rig's limits{}",
-                               is_allowed ? "" : ", which the same experiment with more repetitions does not");
+      next.reason = weak_V
+                        ? fmt::format(
+                              "the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V: "
+                              "greater tones move the rod, and in the rehearsal stay clear of the rig's limits",
+                              *weak_V, rig->limits.following->dead_band_V)
+                        : fmt::format(
+                              "a multisine moves the input all the time, and in the rehearsal it stays clear of the "
+                              "rig's limits{}",
+                              is_allowed ? "" : ", which the same experiment with more repetitions does not");
     }
     const auto read = config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);
     if (read.repetitions != repetitions) return {};

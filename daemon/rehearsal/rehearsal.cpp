@@ -207,6 +207,14 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
       .offset_has_no_room = is_open && is_balanced(experiment, rig) && !offset_that_stops(experiment, rig, 0.0)};
 }
 
+std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,
+                                             const config::RigConfig& rig) {
+  constexpr double kLittle = 2.0;  // of the dead band
+  if (!rig.limits.following || experiment.table_V.size() == 0) return std::nullopt;
+  const double reach_V = (experiment.table_V.array() - rig.limits.following->null_V).abs().maxCoeff();
+  return reach_V < kLittle * rig.limits.following->dead_band_V ? std::optional(reach_V) : std::nullopt;
+}
+
 std::optional<Drift> drift_of(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
                               const Eigen::Ref<const Eigen::VectorXd>& displacement_in) {
   if (!plays_open_loop(experiment, rig) || displacement_in.size() < 2) return std::nullopt;

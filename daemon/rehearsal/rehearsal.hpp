@@ -41,6 +41,11 @@ struct Rehearsal {
 [[nodiscard]] std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment,
                                                 const config::RigConfig& rig, double start_in, std::uint64_t seed = 1);
 
+/// Returns how far the volts go from the valve's null where its dead band is most of that, so that they hardly move the
+/// rod [V]; none where they go farther, and without [following].
+[[nodiscard]] std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,
+                                                           const config::RigConfig& rig);
+
 /// Mean motion of the rod in a run, beyond its tones.
 struct Drift {
   double rate_in_per_s = 0.0;           ///< mean speed over whole periods of the excitation

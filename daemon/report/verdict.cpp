@@ -283,9 +283,11 @@ std::string without_models(const Subject& subject) {
 std::string next_of_none(const Subject& subject) {
   const ordered_json& next = subject.part("identification", "next_experiment", "file");
   if (!next.is_string()) return {};
-  return paragraph(fmt::format(
-      "Next: what the reasons ask for; `eha run` with {} of this run's folder plays the experiment that the fit wrote.",
-      next.get<std::string>()));
+  const ordered_json& reason = subject.part("identification", "next_experiment", "reason");
+  return paragraph(
+      fmt::format("Next: what the reasons ask for; `eha run` with {} of this run's folder plays the experiment that "
+                  "the fit wrote{}.",
+                  next.get<std::string>(), reason.is_string() ? ": " + reason.get<std::string>() : std::string()));
 }
 
 /// Why the run of the record ended before its time; empty for one that completed, and without a run.

@@ -26,7 +26,8 @@ namespace {
 
 using Kind = CriterionKind;
 
-constexpr double kNoAnswer_percent = 20.0;  // R2 below which the input explains next to nothing
+constexpr double kHardlyFollows_percent = 50.0;  // R2 below which other amplitudes are not the first thought
+constexpr double kNoAnswer_percent = 20.0;       // R2 below which the input explains next to nothing
 
 double lowest_order(const std::vector<Term>& terms) {
   double lowest = std::numeric_limits<double>::infinity();
@@ -285,10 +286,13 @@ class Reasons {
           kAgainstNoise);
     }
     const bool is_named = cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
-    return fmt::format(
-        "The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}.", c.parameter,
-        c.value, c.limit,
-        is_named ? "cut as said above, and fit again" : "look at the error over time, and " + remedy());
+    return fmt::format("The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}",
+                       c.parameter, c.value, c.limit,
+                       is_named ? "cut as said above, and fit again."
+                       : c.value < kHardlyFollows_percent
+                           ? "look at the record: did the output move because of this input (volts beyond "
+                             "a dead band, supply on, the right columns)?"
+                           : "look at the error over time, and " + remedy() + ".");
   }
 
   /// One width, the greater of the interval's and the one that the standard error gives.
