@@ -2,6 +2,7 @@
 #include "core/os/files.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
@@ -152,6 +153,15 @@ void create_folders(const std::filesystem::path& folder) {
   std::error_code code;
   std::filesystem::create_directories(folder, code);
   if (code) throw_system_error("create", folder, code.value());
+}
+
+FileDescriptor open_folder(const std::filesystem::path& folder) {
+  if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) throw_system_error("create", folder, errno);
+  return open_file(folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW);
+}
+
+std::filesystem::path path_through(const FileDescriptor& folder) {
+  return "/proc/self/fd/" + std::to_string(folder.get());
 }
 
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes) {

@@ -68,6 +68,13 @@ void remove_temporary_files(const std::filesystem::path& folder) noexcept;
 /// Creates a folder and every missing one above it.
 void create_folders(const std::filesystem::path& folder);
 
+/// Opens a folder, which is made if it is missing, and stays this folder whatever its owner puts in the place of its
+/// path. @throws IoError  it is a link, or no folder
+[[nodiscard]] FileDescriptor open_folder(const std::filesystem::path& folder);
+
+/// The path by which this process reaches the files of an open folder.
+[[nodiscard]] std::filesystem::path path_through(const FileDescriptor& folder);
+
 /// Checks the free space of the file system that holds `folder`.
 /// @throws IoError  fewer than `bytes` are free for this user
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);

@@ -75,6 +75,48 @@ void write_tables(const Identification& identification, const fs::path& folder, 
   }
 }
 
+enum class Came { accepted, rejected };
+
+/// The folders of a run's models, held open: whoever owns the run could put a link in their place at any time, and
+/// their files have names of his choice.
+class ModelFolders {
+ public:
+  /// @throws PermissionError  one of them is a link
+  ModelFolders(const fs::path& run_folder, const std::vector<IdentifiedModel>& models)
+      : accepted_path_(run_folder / record::kModelsFolder) {
+    const bool has_rejected = !std::all_of(models.begin(), models.end(), is_accepted);
+    const os::FileDescriptor run = os::open_folder(run_folder);
+    try {
+      accepted_ = os::open_folder(os::path_through(run) / record::kModelsFolder);
+      const fs::path rejected = os::path_through(accepted_) / record::kRejectedFolder;
+      std::error_code ignored;
+      const bool is_there = fs::exists(fs::symlink_status(rejected, ignored));
+      if (has_rejected || is_there) rejected_ = os::open_folder(rejected);
+    } catch (const IoError&) {
+      throw PermissionError(
+          fmt::format("{}: it, or its folder {}, is a link or no folder, and models are written into no folder that "
+                      "somebody else may have chosen; remove it",
+                      accepted_path_.string(), record::kRejectedFolder));
+    }
+  }
+
+  /// Writes a model's file, and removes that of an earlier fit with the other verdict. @returns its path
+  [[nodiscard]] fs::path write(const ident::Model& model, Came came) const {
+    const std::string file = model.name + ".json";
+    const bool is_accepted = came == Came::accepted;
+    const os::FileDescriptor& other = is_accepted ? rejected_ : accepted_;
+    os::write_file_atomically(os::path_through(is_accepted ? accepted_ : rejected_) / file, ident::to_text(model));
+    std::error_code ignored;
+    if (other) fs::remove(os::path_through(other) / file, ignored);
+    return (is_accepted ? accepted_path_ : accepted_path_ / record::kRejectedFolder) / file;
+  }
+
+ private:
+  fs::path accepted_path_;
+  os::FileDescriptor accepted_;
+  os::FileDescriptor rejected_;  ///< none: no model is rejected, and none was before
+};
+
 }  // namespace
 
 Json to_json(const std::vector<ident::Refusal>& refused) {
@@ -132,31 +174,15 @@ std::vector<fs::path> write_models(const Identification& identification, const f
 }
 
 std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
-  const fs::path models_folder = run_folder / record::kModelsFolder;
-  const fs::path rejected_folder = models_folder / record::kRejectedFolder;
-  for (const fs::path& folder : {models_folder, rejected_folder}) {
-    std::error_code ignored;
-    if (fs::is_symlink(fs::symlink_status(folder, ignored))) {
-      throw PermissionError(
-          fmt::format("{}: is a link, and models are written into no folder that somebody else may "
-                      "have chosen; remove it",
-                      folder.string()));
-    }
-  }
+  const ModelFolders folders(run_folder, identification.models);
   record::IdentificationEntry entry{
       .models = {}, .recommendation = identification.recommendation, .paper_procedure = to_json(identification.paper)};
   std::vector<fs::path> written;
   for (const IdentifiedModel& identified : identification.models) {
-    const std::string file = identified.result.model.name + ".json";
     const bool accepted = is_accepted(identified);
-    const fs::path path = (accepted ? models_folder : rejected_folder) / file;
-    os::create_folders(path.parent_path());
-    os::write_file_atomically(path, ident::to_text(identified.result.model));
-    // An earlier fit may have had the other verdict; only one file of a model may exist.
-    std::error_code ignored;
-    fs::remove((accepted ? rejected_folder : models_folder) / file, ignored);
+    const fs::path path = folders.write(identified.result.model, accepted ? Came::accepted : Came::rejected);
     entry.accepted = entry.accepted || accepted;
-    entry.models.push_back(manifest_entry(identified, fs::relative(path, run_folder)));
+    entry.models.push_back(manifest_entry(identified, path.lexically_relative(run_folder)));
     written.push_back(path);
   }
   // Written before the manifest, which lists every file of the folder.

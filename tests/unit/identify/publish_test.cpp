@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/identify/publish.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "daemon/record/run_folder.hpp"
@@ -96,6 +105,37 @@ TEST_F(PublishModels, WritesThroughNoLinkedFolder) {
   fs::create_directory_symlink(elsewhere, run_ / "models" / "rejected");
   EXPECT_THROW(static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_)), PermissionError);
   EXPECT_TRUE(fs::is_empty(elsewhere));
+}
+
+TEST_F(PublishModels, WritesThroughNoLinkThatTakesTheFoldersPlaceMeanwhile) {
+  const fs::path elsewhere = folder_.path() / "elsewhere";
+  fs::create_directories(elsewhere / "rejected");
+  folder_.write("elsewhere/fo.json", "of somebody else");
+  const fs::path models = run_ / "models";
+  const fs::path link = run_ / "link";
+  fs::create_directories(models / "rejected");
+  fs::create_directory_symlink(elsewhere, link);
+  std::atomic<bool> is_over{false};
+  std::thread exchange([&] {
+    while (!is_over) {
+      syscall(SYS_renameat2, AT_FDCWD, models.c_str(), AT_FDCWD, link.c_str(), RENAME_EXCHANGE);
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
+  });
+  for (int i = 0; i < 200; ++i) {
+    for (const Came came : {Came::accepted, Came::rejected}) {
+      try {
+        static_cast<void>(publish({.models = {model_that(came)}}, run_));
+      } catch (const std::exception&) {
+        // Refused, or a file is gone: what the other user wants of the own folder.
+      }
+    }
+  }
+  is_over = true;
+  exchange.join();
+  EXPECT_EQ(content_of(elsewhere / "fo.json"), "of somebody else");
+  EXPECT_TRUE(fs::is_empty(elsewhere / "rejected"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(elsewhere), fs::directory_iterator()), 2);
 }
 
 TEST_F(PublishModels, TakesBackAModelThatALaterFitRejects) {
