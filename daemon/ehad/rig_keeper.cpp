@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/rig_keeper.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/file.h>
 
 #include <chrono>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -55,6 +58,7 @@ void RigKeeper::open(const config::RigConfig& config) {
     rod_.begin(replica_->capabilities());
     return;
   }
+  hold_folder();
   card_ = std::make_unique<OwnedRig>(config, snapshot_);
   opened_text_ = config.text;
   const hal::RigCapabilities& card = card_->rig().capabilities();
@@ -64,6 +68,19 @@ void RigKeeper::open(const config::RigConfig& config) {
   for (const std::string& sentence : findings.refusals)
     spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
   for (const std::string& sentence : findings.warnings) spdlog::warn("{}: {}", config.file_name, sentence);
+}
+
+void RigKeeper::hold_folder() {
+  if (folder_) return;
+  const std::filesystem::path folder = snapshot_.has_parent_path() ? snapshot_.parent_path() : ".";
+  os::FileDescriptor opened = os::open_file(folder, O_RDONLY | O_DIRECTORY);
+  if (flock(opened.get(), LOCK_EX | LOCK_NB) != 0) {
+    throw DeviceError(fmt::format(
+        "{}: another ehad that drives a card has its socket in this folder, and eha-safe could not tell the "
+        "two cards apart; name a socket in a folder of its own with --socket DIR/ehad.sock",
+        folder.string()));
+  }
+  folder_ = std::move(opened);
 }
 
 void RigKeeper::close() noexcept {

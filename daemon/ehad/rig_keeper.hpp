@@ -11,6 +11,7 @@
 #include <string>
 
 #include "config/rig_config.hpp"
+#include "core/os/file_descriptor.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
@@ -120,12 +121,15 @@ class RigKeeper {
  private:
   void open(const config::RigConfig& config);
   void close() noexcept;
+  /// @throws DeviceError  another service keeps its snapshot in this one's folder
+  void hold_folder();
   void read_idle_rig();
   /// Reads the rig and passes the reading to the rod's view and the sample stream.
   hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
 
   Config config_;
   std::filesystem::path snapshot_;
+  os::FileDescriptor folder_;          ///< of the snapshot, locked; none before a card is opened
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
   std::string opened_text_;            ///< text of the open rig's file, empty: closed; belongs to the rig's thread

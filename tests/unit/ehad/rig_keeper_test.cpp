@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/rig_keeper.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 
 #include <chrono>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "hal/backends/backend.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::service {
 namespace {
@@ -152,6 +158,23 @@ TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   EXPECT_FALSE(rig_.is_reconfiguring());
   EXPECT_FALSE(hal::moves_machine(rig_.config()->backend));
   EXPECT_EQ(arm(), "");
+}
+
+/// eha-safe would make the card of the other service safe in place of this one's.
+TEST_F(RigKeeperTest, OpensNoCardWhereAnotherServiceKeepsItsSnapshot) {
+  const test::TemporaryFolder folder;
+  const os::FileDescriptor other = os::open_file(folder.path(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(flock(other.get(), LOCK_EX | LOCK_NB), 0);
+  const auto card = std::make_shared<config::RigConfig>(*rig_.config());
+  card->backend = hal::ComediOptions{};
+  try {
+    const RigKeeper keeper(card, folder.path() / "safe.json", mailbox_);
+    FAIL() << "opened";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find(folder.path().string() + ": another ehad"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "safe.json"));
 }
 
 TEST_F(RigKeeperTest, HasNoGuardToLoseWithoutACard) {
