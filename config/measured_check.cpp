@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <string>
@@ -37,6 +39,17 @@ bool is_as_measured(const RigConfig& rig) {
   return following && following->measured_check && following->measured_rig_check &&
          *following->measured_check == measured_check_of(*following) &&
          *following->measured_rig_check == measured_rig_check_of(rig.backend);
+}
+
+bool shows_motion_first(const RigConfig& rig) {
+  return hal::moves_machine(rig.backend) && rig.limits.following && !is_as_measured(rig);
+}
+
+double showing_way_in(const RigLimits& limits, double place_in) {
+  constexpr double kMostOfTravel = 0.1;
+  const double travel_in = limits.travel_max_in - limits.travel_min_in;
+  return std::copysign(std::min(kShowing_in, kMostOfTravel * travel_in),
+                       limits.travel_min_in + 0.5 * travel_in - place_in);
 }
 
 }  // namespace eha::config

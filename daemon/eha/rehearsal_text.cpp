@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/measured_check.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/eha/rod_text.hpp"
-#include "daemon/place/showing_source.hpp"
-#include "daemon/play/source.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit_rows.hpp"
 
@@ -132,13 +131,13 @@ void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const con
 
 void say_motion_shown_first(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                             const Console& console) {
-  if (!(experiment.played() != nullptr || experiment.characterises()) || !play::shows_motion_first(rig)) return;
+  if (!(experiment.played() != nullptr || experiment.characterises()) || !config::shows_motion_first(rig)) return;
   const DisplayUnit unit = console.unit(rig.units);
   console.info(fmt::format(
       "nothing shows that the lines of [following] in {} were measured on this rig: first the rod goes {:.2g} {} "
       "towards "
-      "mid-travel and back, and trips if it does not move as they say; `eha characterise -o` writes measured ones",
-      rig.file_name, unit.factor("in") * place::kShowing_in, unit.of("in")));
+      "mid-travel and half-way back, and trips if it does not move as they say; `eha characterise -o` writes measured ones",
+      rig.file_name, unit.factor("in") * config::kShowing_in, unit.of("in")));
 }
 
 void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experiment_file, const Console& console) {

@@ -50,7 +50,7 @@ void warn_if_not_fittable(const config::ExperimentConfig& experiment, const conf
 void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console);
 
-/// Says that the rod moves a little and back before the experiment; see play::shows_motion_first().
+/// Says that the rod moves a little and back before the experiment; see config::shows_motion_first().
 void say_motion_shown_first(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                             const Console& console);
 

@@ -15,7 +15,6 @@
 #include "daemon/place/pressure_source.hpp"
 #include "daemon/place/showing_source.hpp"
 #include "daemon/track/track_source.hpp"
-#include "hal/backends/backend.hpp"
 
 namespace eha::play {
 namespace {
@@ -44,7 +43,7 @@ std::unique_ptr<CommandSource> under_pressure(const PlayRequest& request, std::u
 
 /// Moves the rod a little and back before `source`, whose volts numbers choose or foretell that nobody measured.
 std::unique_ptr<CommandSource> shown(const PlayRequest& request, std::unique_ptr<CommandSource> source) {
-  if (!shows_motion_first(request.rig)) return source;
+  if (!config::shows_motion_first(request.rig)) return source;
   return std::make_unique<place::ShowingSource>(request.rig.limits, request.rig.realtime.sample_period_s,
                                                 std::move(source));
 }
@@ -65,7 +64,7 @@ std::unique_ptr<CommandSource> source_of(const config::Played& played, const Pla
     // A held rod starts at the mean of its motion about the start.
     const double ahead_in = played.hold ? request.predicted_in.front() : 0.0;
     table = started(request, played.start->displacement_in + ahead_in, std::move(table));
-  } else if (!shows_motion_first(request.rig)) {
+  } else if (!config::shows_motion_first(request.rig)) {
     table = under_pressure(request, std::move(table));
   }
   return shown(request, std::move(table));
@@ -97,10 +96,6 @@ std::unique_ptr<CommandSource> source_of(const config::Tracking& tracking, const
 }
 
 }  // namespace
-
-bool shows_motion_first(const config::RigConfig& rig) {
-  return hal::moves_machine(rig.backend) && rig.limits.following && !config::is_as_measured(rig);
-}
 
 std::unique_ptr<CommandSource> make_source(const PlayRequest& request) {
   return std::visit([&](const auto& kind) { return source_of(kind, request); }, request.experiment.kind);

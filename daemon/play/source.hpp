@@ -8,11 +8,6 @@
 
 namespace eha::play {
 
-/// Whether an experiment or a characterisation begins with a placing of place::kShowing_in towards mid-travel and back:
-/// nothing shows that the numbers of [following] were measured on this machine, and a wrong one, or a dead sensor, is
-/// found at the speed of a placing.
-[[nodiscard]] bool shows_motion_first(const config::RigConfig& rig);
-
 /// Makes the source of a run's volts: an experiment's table, alone, with a hold or after a start; or the way to a
 /// place.
 /// @param request  its spans must outlive the source

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/hold_law.hpp"
+#include "config/measured_check.hpp"
 #include "config/stopping_distance.hpp"
 #include "config/valve_estimate.hpp"
 #include "hal/backends/backend.hpp"
@@ -39,7 +40,7 @@ class Play {
     const config::Played* played = experiment.config.played();
     if (played == nullptr) return;
     // A placing leaves the command at the null.
-    if (played->start && limits_.following) from_V_ = limits_.following->null_V;
+    if ((played->start || config::shows_motion_first(rig)) && limits_.following) from_V_ = limits_.following->null_V;
     if (!played->hold) return;
     hold_ = config::hold_law(limits_, played->hold->gain_V_per_in.value_or(config::hold_gains(rig).usual));
   }
@@ -181,7 +182,9 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
   const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
   const config::ValveUncertainty uncertainty = config::valve_uncertainty(*rig.limits.following);
   const double ahead_in = played->hold ? experiment.predicted_in[0] : 0.0;
-  const double from_in = played->start ? played->start->displacement_in + ahead_in : start_in;
+  const double shown_in =
+      config::shows_motion_first(rig) ? config::kShowingLeaves * config::showing_way_in(rig.limits, start_in) : 0.0;
+  const double from_in = played->start ? played->start->displacement_in + ahead_in : start_in + shown_in;
   const Play play(experiment, rig);
   ident::PortableDraw draw(seed);
   std::vector<double> lowest(kDraws);

@@ -98,7 +98,7 @@ void set_key(std::string& text, const std::string& key, const std::string& value
 }
 
 /// Adds the sums of a measurement of this rig to [following], so that a run begins with its experiment; see
-/// play::shows_motion_first(). A file that is not to be read stays as it is.
+/// config::shows_motion_first(). A file that is not to be read stays as it is.
 std::string as_measured(std::string text) {
   try {
     const config::RigConfig rig = config::parse_rig(text, "rig.toml");
