@@ -15,11 +15,13 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/report/display.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "daemon/tune/following_agreement.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/map_error.hpp"
+#include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 
@@ -99,9 +101,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
   if (agreement == tune::FollowingAgreement::one_valve) {
     if (!found.note.empty()) {
-      console.info(
-          fmt::format("of {}: {}; [following] of {} has the same null and dead band all the same", found.source,
-                      found.note, rig.file_name));
+      console.info(fmt::format("of {}: {}; [following] of {} has the same null and dead band all the same",
+                               found.source, found.note, rig.file_name));
     }
     return false;
   }
@@ -146,10 +147,15 @@ bool warn_of_changed_valve(const fs::path& run, const Console& console) {
   const auto sheet_run = newest_sheet_run(run);
   const auto sheet = sheet_run ? valve_of_sheet(*sheet_run) : std::nullopt;
   const bool is_another = warn_if_following_differs(*rig, valve_of_model(model, "this record's model", sheet), console);
-  const auto beside = report::compare_with_sheet(report::load_run(run), model);
+  const DisplayUnit unit = console.unit(rig->units);
+  const auto beside =
+      report::compare_with_sheet(report::in_unit(report::load_run(run), unit), ident::in_unit(model, unit));
   const bool has_changed = beside && !beside->headline.empty();
-  if (has_changed && !is_another)
-    console.warning(beside->headline + " " + beside->to_do.substr(0, beside->to_do.find_last_not_of(' ') + 1));
+  if (has_changed) {
+    // What to do is said already where null or dead band differ.
+    const std::string to_do = " " + beside->to_do.substr(0, beside->to_do.find_last_not_of(' ') + 1);
+    console.warning(beside->headline + (is_another ? "" : to_do));
+  }
   return (has_changed || is_another) && !(sheet && is_of_one_valve(model, *sheet));
 }
 

@@ -154,10 +154,10 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
                 {"rms_error_in", std::sqrt(score.mse)},
                 {"error_min_in", score.error_min},
                 {"error_max_in", score.error_max}};
-  std::string text =
-      fmt::format("{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
-                  source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
-                  factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
+  std::string text = fmt::format(
+      "{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
+      source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
+      factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
   if (calibration) {
     std::vector<std::vector<std::string>> rows;
     Json parameters = Json::array();

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "daemon/eha/next_command.hpp"
 
 namespace eha::cli {
 namespace {
@@ -51,6 +52,13 @@ bool is_edited_since_read(const nlohmann::ordered_json& rig) {
   constexpr double kNs = 1e-9;
   const double changed_s = static_cast<double>(file.st_ctim.tv_sec) + kNs * static_cast<double>(file.st_ctim.tv_nsec);
   return changed_s > rig.at("read_s").get<double>();
+}
+
+void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console) {
+  if (!is_edited_since_read(rig)) return;
+  console.warning(fmt::format(
+      "{} was edited since ehad read it, and the limits of before are in force; `{}` (while disarmed) puts it in force",
+      rig.at("file").get<std::string>(), through(socket, "eha reload")));
 }
 
 }  // namespace eha::cli

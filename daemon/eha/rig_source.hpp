@@ -7,6 +7,7 @@
 #include <string>
 
 #include "config/rig_config.hpp"
+#include "daemon/eha/console.hpp"
 
 namespace eha::cli {
 
@@ -22,5 +23,8 @@ namespace eha::cli {
 /// force. False where this user cannot know.
 /// @param rig  of the service's status
 [[nodiscard]] bool is_edited_since_read(const nlohmann::ordered_json& rig);
+
+/// Warns of such a file before a motion: other limits may be in force than a reader of the file believes.
+void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console);
 
 }  // namespace eha::cli

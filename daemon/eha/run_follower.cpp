@@ -20,7 +20,7 @@ namespace {
 /// Interval of the reminders of a held experiment.
 constexpr auto kReminder = std::chrono::minutes(1);
 /// Without a terminal nobody is asked to arm the rig: a held experiment is not waited for longer.
-constexpr auto kLongestUnarmed = std::chrono::minutes(10);
+constexpr auto kLongestUnarmed = std::chrono::seconds(5);
 constexpr const char* kOfArming = "eha arm, then ";
 
 /// "experiment 7"; a move to a place is none of a user's files: "the move (number 7 of the queue)".
@@ -47,9 +47,7 @@ std::string held_text(const std::string& experiment, const std::string& reason, 
                      why == std::string::npos ? "" : " (" + reason.substr(why + 2) + ")", arm, release,
                      kind == HeldText::reminder  ? ""
                      : isatty(STDIN_FILENO) == 1 ? "; Ctrl-C here removes it from the queue"
-                                                 : fmt::format("; without a terminal this command waits {} minutes for "
-                                                               "that, then removes it from the queue",
-                                                               kLongestUnarmed.count()));
+                                                 : "; without a terminal this command does not wait for that");
 }
 
 }  // namespace
@@ -140,10 +138,10 @@ void RunFollower::end_long_wait(std::int64_t experiment, bool is_unarmed) {
   if (!unarmed_since_) unarmed_since_ = now;
   if (now - *unarmed_since_ < kLongestUnarmed) return;
   pass_on_stop();
-  throw UsageError(fmt::format(
-      "the rig was not armed within {} minutes, and experiment {} was removed from the queue; in a script `{}` comes "
-      "first, and --detach does not wait",
-      kLongestUnarmed.count(), experiment, through(socket_, "eha arm")));
+  throw PermissionError(fmt::format(
+      "the rig is not armed, and experiment {} was removed from the queue; in a script `{}` comes first; with --detach "
+      "it stays in the queue, held",
+      experiment, through(socket_, "eha arm")));
 }
 
 bool RunFollower::pass_on_stop() {

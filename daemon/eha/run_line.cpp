@@ -104,12 +104,13 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
     line += ", end " + clock_text(now + left);
   }
   line += fmt::format("  {:.3f} {}", factor * progress.displacement_in, length);
-  if (progress.travel_max_in > progress.travel_min_in) {
-    line += " " + short_bar(progress.displacement_in, progress.travel_min_in, progress.travel_max_in, kBarWidth);
-  }
+  if (progress.margin_in) line += fmt::format(", margin {:.2f} {}", factor * *progress.margin_in, length);
   line += fmt::format("  {:+.2f} V, {} late", progress.applied_V, progress.late);
   if (progress.skipped > 0) line += fmt::format(", {} skipped", progress.skipped);
-  if (progress.margin_in) line += fmt::format(", margin {:.2f} {}", factor * *progress.margin_in, length);
+  // Last: a narrow terminal cuts the picture, not a figure.
+  if (progress.travel_max_in > progress.travel_min_in) {
+    line += "  " + short_bar(progress.displacement_in, progress.travel_min_in, progress.travel_max_in, kBarWidth);
+  }
   return line;
 }
 

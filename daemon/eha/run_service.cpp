@@ -26,6 +26,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/place_text.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
+#include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/ruler.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/run_follower.hpp"
@@ -72,6 +73,18 @@ record::Purpose purpose_of(const std::string& folder, const Console& console) {
 /// Whether the following runs may start: this one completed, with or without an accepted model.
 bool has_completed(const Json& entry) { return acquisition::is_whole(entry.value("outcome", "")); }
 
+/// Says that the rig is disarmed now, where it is: a fault, a stop and a refused start disarm it.
+void say_if_disarmed(const RunCommand& command, const Console& console) {
+  try {
+    Client client(command.socket);
+    if (client.call("status").at("state") == "armed") return;
+    console.info(
+        fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
+  } catch (const Error& error) {
+    console.debug(error.what());
+  }
+}
+
 /// @param rig  as the service's status has it
 ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {
   const std::string units = rig.value("units", "");
@@ -88,10 +101,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
-  if (const std::string outcome = entry.value("outcome", ""); outcome == "faulted" || outcome == "interrupted") {
-    console.info(fmt::format("the rig is disarmed; `{}` comes before the next motion",
-                             through(command.socket, "eha arm")));
-  }
+  if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
       entry.value("outcome", "") == "faulted") {
@@ -251,6 +261,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   Client& client = *connected;
   const Json status = client.call("status");
   const Json& rig = status.at("rig");
+  warn_if_edited(rig, command.socket, console);
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
   for (auto file = files.begin(); file != files.end(); ++file) {

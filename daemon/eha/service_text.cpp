@@ -183,8 +183,7 @@ std::string queue_table(const Json& entries) {
   for (const Json& entry : entries) {
     if (entry.at("state") != "held") continue;
     const Wait wait = parts_of(entry.value("waits_for", ""));
-    if (!wait.why.empty())
-      table += fmt::format("{} is held: {}\n", entry.at("entry").get<std::int64_t>(), wait.why);
+    if (!wait.why.empty()) table += fmt::format("{} is held: {}\n", entry.at("entry").get<std::int64_t>(), wait.why);
   }
   return table;
 }

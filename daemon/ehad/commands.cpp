@@ -138,10 +138,10 @@ std::string Supervisor::waiting_reason(const Entry& entry) const {
   const std::string release = fmt::format("eha queue release {}", entry.id);
   std::string why = entry.note.empty() ? "" : ": " + entry.note;
   if (may_start(entry.uid)) return release + why;
-  if (why.empty() && queue_.open_fault() != nullptr) why = ": " + disarmed_because_;
   if (lease_.holder() && !lease_.is_held_by(entry.uid)) {
     return fmt::format("the lease of {}, then eha arm and {}{}", lease_.holder()->user, release, why);
   }
+  if (why.empty() && queue_.open_fault() != nullptr) why = ": " + disarmed_because_;
   return fmt::format("eha arm, then {}{}", release, why);
 }
 

@@ -243,11 +243,12 @@ std::vector<EntryId> Queue::move(EntryId id, std::int64_t position) {
   return changed;
 }
 
-std::size_t Queue::hold_waiting() {
+std::size_t Queue::hold_waiting(const std::string& why) {
   std::size_t count = 0;
   for (auto& [id, entry] : entries_) {
     if (entry.state != EntryState::waiting) continue;
     entry.state = EntryState::held;
+    entry.note = why;
     ++count;
   }
   return count;

@@ -126,8 +126,8 @@ class Queue {
   /// Moves a queued entry to a position among those of its submitter, from 1; beyond the last: the last.
   /// @returns the entries whose place has changed
   std::vector<EntryId> move(EntryId id, std::int64_t position);
-  /// Holds every waiting entry. @returns the number of them
-  std::size_t hold_waiting();
+  /// Holds every waiting entry. @param why  becomes its note   @returns the number of them
+  std::size_t hold_waiting(const std::string& why);
 
   /// Returns the first waiting entry of `uid`; nullptr if there is none.
   [[nodiscard]] Entry* next_of(uid_t uid);

@@ -83,7 +83,7 @@ void Supervisor::load_queue() {
   }
   queue_ = Queue(std::move(entries));
   for (const EntryId old : queue_.forget_old(0)) store_.remove(old);
-  queue_.hold_waiting();
+  queue_.hold_waiting("ehad was started anew before it began");
   if (const Entry* fault = queue_.open_fault()) disarmed_because_ = bad_end_of(*fault);
   if (const std::size_t held = queue_.count(EntryState::held); held > 0) {
     spdlog::info("{} experiments are held until their owners arm the rig and release them (eha queue release)", held);

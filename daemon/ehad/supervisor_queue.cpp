@@ -216,6 +216,7 @@ void Supervisor::client_gone(control::ClientId client) {
 void Supervisor::hold_for_lost_client(Entry& entry) {
   entry.client = 0;
   if (!is_queued(entry)) return;
+  if (entry.state == EntryState::held) return;  // for a reason that is known already
   const std::string why = "the connection of the command that submitted it was lost before it began";
   if (entry.only_places) {
     refuse_move(entry, why);
@@ -240,7 +241,7 @@ void Supervisor::hold_waiting(const std::string& why) {
     if (entry.state == EntryState::waiting && entry.only_places) moves.push_back(id);
   }
   for (const EntryId id : moves) refuse_move(*queue_.find(id), why);
-  queue_.hold_waiting();
+  queue_.hold_waiting(why);
 }
 
 void Supervisor::require_room_in_queue(const Peer& peer, std::size_t wanted) const {
@@ -317,6 +318,7 @@ Json Supervisor::release(const Peer& peer, std::optional<EntryId> only) {
     entry.state = EntryState::waiting;
     // Removes the note that the connection was lost: the owner has the experiment again.
     entry.note.clear();
+    save(entry);
     spdlog::info("experiment {}: released by {} (uid {}, pid {})", id, peer.user, peer.uid, peer.pid);
   }
   lease_.renew(Clock::now());

@@ -312,6 +312,22 @@ TEST_F(ServiceStart, HoldsWhatAKilledCommandHadQueued) {
   EXPECT_EQ(state_of(on), "running");
 }
 
+TEST_F(ServiceStart, WaitsForNobodyToArmTheRigWithoutATerminal) {
+  std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
+  const Ended ended = run_eha({"run", "quiet.toml", "--fast", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::permission)) << ended.err;
+  EXPECT_NE(ended.err.find("the rig is not armed, and experiment "), std::string::npos) << ended.err;
+  for (const Json& entry : client_->call("queue").at("entries")) EXPECT_NE(entry.at("state"), "held") << entry;
+}
+
+TEST_F(ServiceStart, WarnsAtArmingOfARigFileThatWasEditedAndNotRead) {
+  EXPECT_EQ(run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder()).err.find("was edited"), std::string::npos);
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# narrower\n";
+  const Ended armed = run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_NE(armed.err.find("was edited since ehad read it, and the limits of before are in force"), std::string::npos)
+      << armed.err;
+}
+
 TEST_F(ServiceStart, HoldsWhatACommandWithoutItsTerminalHadQueued) {
   // As `su -c` begins it: in a session of its own, so that the kernel does not tell it that the terminal is gone.
   os::FileDescriptor terminal(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC));
@@ -321,8 +337,8 @@ TEST_F(ServiceStart, HoldsWhatACommandWithoutItsTerminalHadQueued) {
   std::ofstream(daemon_.folder() / "waits.toml") << quiet_experiment_text("waits", 2.0);
   const std::int64_t waits = on + 1;
   const std::string command =
-      fmt::format("cd '{0}' && setsid -f '{1}' run waits.toml --socket '{2}' <{3} >{3} 2>{3}", daemon_.folder().string(),
-                  EHA_PROGRAM, daemon_.socket().string(), ptsname(terminal.get()));
+      fmt::format("cd '{0}' && setsid -f '{1}' run waits.toml --socket '{2}' <{3} >{3} 2>{3}",
+                  daemon_.folder().string(), EHA_PROGRAM, daemon_.socket().string(), ptsname(terminal.get()));
   ASSERT_EQ(std::system(command.c_str()), 0);
   ASSERT_TRUE(reaches(waits, "waiting"));
   terminal.close();

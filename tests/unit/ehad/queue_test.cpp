@@ -59,7 +59,7 @@ TEST(Queue, KeepsAFaultOpenUntilItIsClosedEvenInItsFile) {
 
 TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
   Queue queue({entry_of(1, 10, EntryState::running), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
-  EXPECT_EQ(queue.hold_waiting(), 3U);
+  EXPECT_EQ(queue.hold_waiting("disarmed"), 3U);
   EXPECT_EQ(queue.next_of(10), nullptr);
   EXPECT_EQ(queue.of(10, EntryState::held), (std::vector<EntryId>{2, 4}));
   EXPECT_EQ(queue.find(1)->state, EntryState::running);
