@@ -294,6 +294,16 @@ class ConflictSearch {
     if (minimum < rig_.limits.command_min_V - room) add("excitation", expected, at(minimum, lowest));
   }
 
+  /// The share of the amplitudes that the command limits let pass, about the table's mean.
+  [[nodiscard]] double share_within_range(const Eigen::VectorXd& table) const {
+    const double mean = table.mean();
+    const double above = table.maxCoeff() - mean;
+    const double below = mean - table.minCoeff();
+    if (!(above > 0.0) || !(below > 0.0)) return 1.0;
+    return std::max(0.0,
+                    std::min((rig_.limits.command_max_V - mean) / above, (mean - rig_.limits.command_min_V) / below));
+  }
+
   /// A jump is played as a ramp at the slew limit; the ramp must end before the next jump.
   /// @param time_s  the shortest time between jumps, at least a tick
   void check_slew(const Eigen::VectorXd& table, double time_s) {
@@ -307,7 +317,7 @@ class ConflictSearch {
             "{:.4g} V within {:.6g} s at {:.6g} s (peak {:.3g} V, RMS {:.3g} V); all amplitudes times {:.3g} pass",
             change_V, time_s, static_cast<double>(k + 1) * tick_s(), table.cwiseAbs().maxCoeff(),
             std::sqrt(table.squaredNorm() / static_cast<double>(table.size())),
-            rounded_down(limit * time_s / change_V)));
+            rounded_down(std::min(limit * time_s / change_V, share_within_range(table)))));
   }
 
   const ExperimentConfig& experiment_;

@@ -96,6 +96,7 @@ std::string decimal_comma(std::string_view text, const Position& at) {
   std::size_t begin = comma;
   std::size_t end = comma + 1;
   while (begin > 0 && is_digit(begin - 1)) --begin;
+  if (begin > 0 && (text[begin - 1] == '-' || text[begin - 1] == '+')) --begin;
   while (is_digit(end)) ++end;
   return fmt::format("; a decimal comma? Write {}.{}", text.substr(begin, comma - begin),
                      text.substr(comma + 1, end - comma - 1));

@@ -115,7 +115,8 @@ nlohmann::ordered_json Console::taken_documents() {
 
 void Console::next_step(std::string_view command) const {
   if (options_.json || options_.quiet || kept_) return;
-  const bool takes_units = !options_.units.empty() && command.starts_with("eha ");
+  const bool takes_units =
+      !options_.units.empty() && command.starts_with("eha ") && command.find("--units") == std::string_view::npos;
   std::string shown = terminal_text(command);
   std::replace(shown.begin(), shown.end(), '\n', '?');  // of a name: text after it would look like another command
   write_out(fmt::format("Next: {}{}\n", shown, takes_units ? " --units " + options_.units : ""));

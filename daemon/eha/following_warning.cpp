@@ -99,13 +99,7 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
-  if (agreement == tune::FollowingAgreement::one_valve) {
-    if (!found.note.empty()) {
-      console.info(fmt::format("of {}: {}; [following] of {} has the same null and dead band all the same",
-                               found.source, found.note, rig.file_name));
-    }
-    return false;
-  }
+  if (agreement == tune::FollowingAgreement::one_valve) return false;  // whatever the map may be off
   if (agreement == tune::FollowingAgreement::within_map_error) {
     console.info(fmt::format(
         "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: {}. [following] of {} (null_V = {:.3f}, "

@@ -99,6 +99,7 @@ TEST_F(ConfigFile, ThatIsBinaryIsRefused) {
 
 TEST_F(ConfigFile, WithADecimalCommaIsToldWhatToWrite) {
   EXPECT_NE(refusal(file("# a\nduration_s = 20,05\n")).find("; a decimal comma? Write 20.05"), std::string::npos);
+  EXPECT_NE(refusal(file("# a\nduration_s = -0,3\n")).find("; a decimal comma? Write -0.3"), std::string::npos);
   EXPECT_NE(refusal(file("duration_s = 3,5")).find("Write 3.5"), std::string::npos);
   for (const char* text : {"a = ,5\n", "a = 5,\n", "a = [1,5\n", "a = 1 2\n", ","}) {
     EXPECT_EQ(refusal(file(text)).find("decimal comma"), std::string::npos) << text;
