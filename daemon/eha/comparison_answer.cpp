@@ -24,12 +24,8 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : subject.change->parameters) {
-    // A coefficient of which a record only shows that it is small stays an interval.
-    const auto shown = [&](double value, const ident::Model& of) {
-      const std::string text = ident::value_text(p.name, value, of);
-      return text.find(" to ") == std::string::npos ? ident::rounded_to(value, p.half_width) : text;
-    };
-    rows.push_back({p.name, shown(p.before, first.model), shown(p.after, model),
+    rows.push_back({p.name, ident::value_text(p.name, p.before, first.model, p.half_width),
+                    ident::value_text(p.name, p.after, model, p.half_width),
                     ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
                     ident::unit_of(p, model), report::change_word(subject, p.changed)});
   }
@@ -53,6 +49,11 @@ void add_changes(std::vector<std::string>& sentences, const std::string& name, c
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model, shows));
   }
+}
+
+std::optional<std::pair<double, double>> input_range(const ident::Record& record) {
+  if (record.input.size() == 0) return std::nullopt;
+  return std::pair(record.input.minCoeff(), record.input.maxCoeff());
 }
 
 std::string plant_of(const identify::ScoredModel& scored) {
@@ -113,9 +114,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             .time_s = run.fit.time_s,
                             .measured = run.fit.measured,
                             .simulated = run.fit.simulated});
-    out.text += fmt::format("{} {}: {} fitted, R2 {:.3f} %, rms error {:.3g} {}, {} samples\n",
-                            i == 0 ? "before" : "after ", sources[i].name, model.name, score.r2_percent,
-                            std::sqrt(score.mse), model.output_unit, score.samples);
+    out.subjects.back().input_range = input_range(sources[i].record);
+    out.text += fmt::format(
+        "{} {}: {} fitted, R2 {} %, rms error {:.3g} {}, {} samples\n", i == 0 ? "before" : "after ", sources[i].name,
+        model.name, ident::percent_text(score.r2_percent, 3), std::sqrt(score.mse), model.output_unit, score.samples);
     Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
     if (run.change) entry["change"] = change_json(*run.change, model);
     if (i > 0) {
@@ -123,71 +125,70 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
           {"rms_before", run.left_over.before}, {"rms_after", run.left_over.after}, {"changed", run.left_over.changed}};
       entry["first_model"] = {{"rms_error", run.first_model_error}, {"holds", identify::first_model_holds(run)}};
     }
+    if (run.unfit) entry["unfit"] = {{"source", sources[run.unfit->is_first ? 0 : i].name}, {"why", run.unfit->why}};
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
   }
-  bool any_differs = false;  // through the plant or the input
-  bool any_changed = false;
-  bool any_leaves_other = false;
-  bool all_hold = true;  // the first record's model on the others
+  std::string found;
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
     const ident::Model& model = run.fit.model;
-    out.text +=
-        fmt::format("\n{}: {}\n", sources[i].name,
-                    !run.cannot_tell.empty() ? "cannot tell whether the plant has changed: " + run.cannot_tell
-                    : !change.changed        ? "no change of a parameter found"
-                    : run.has_other_input    ? "the parameters differ, and so do the inputs: not shown whether the "
-                                               "plant has changed; compare two runs of one experiment"
-                                             : "the plant has changed");
-    std::string& cannot_tell = out.subjects[i].cannot_tell;
-    cannot_tell = run.cannot_tell;
-    if (cannot_tell.empty() && change.changed && run.has_other_input) {
-      cannot_tell = "the inputs differ, which alone can change the parameters of a plant that is not linear";
+    report::ComparedSubject& subject = out.subjects[i];
+    const report::ComparedSubject& first = out.subjects.front();
+    subject.unfit = run.unfit;
+    subject.cannot_tell = run.cannot_tell;
+    if (subject.cannot_tell.empty() && change.changed && run.has_other_input) {
+      subject.has_other_input = true;
+      subject.cannot_tell = "the inputs differ, which alone can change the parameters of a plant that is not linear";
     }
-    const Shows shows = cannot_tell.empty() ? Shows::change : Shows::difference;
-    out.text += change_sentences(change, model, shows);
-    // Another input moves another error.
-    const bool leaves_other = run.left_over.changed && !run.has_other_input;
-    out.subjects[i].left_over.changed = leaves_other;
-    const std::string left_over = report::left_over_sentence(out.subjects.front(), out.subjects[i]);
-    if (leaves_other) out.text += "  " + left_over + "\n";
-    const std::string holds = report::first_model_sentence(out.subjects.front(), out.subjects[i]);
-    out.text += "  " + holds + "\n  " + report::tested_sentence(change) + "\n";
-    all_hold = all_hold && out.subjects[i].first_model_holds;
-    out.text += table_of(out.subjects.front(), out.subjects[i]);
-    any_leaves_other = any_leaves_other || leaves_other;
-    any_differs = any_differs || change.changed || !run.cannot_tell.empty();
-    any_changed = any_changed || (change.changed && cannot_tell.empty());
-    if (!cannot_tell.empty()) {
-      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], cannot_tell));
+    subject.left_over.changed = run.left_over.changed && !run.has_other_input;  // another input moves another error
+    const std::string left_over = report::left_over_sentence(first, subject);
+    const std::string holds = report::first_model_sentence(first, subject);
+    found += fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject));
+    if (subject.unfit) {
+      out.findings.sentences.push_back(report::unfit_sentence(first, subject));
+      out.findings.sentences.push_back(holds);
+      found += fmt::format("  {}\n  {}\n", report::unfit_sentence(first, subject), holds);
+      continue;
     }
+    if (!subject.cannot_tell.empty()) {
+      found += fmt::format("  cannot tell: {}{}\n", subject.cannot_tell,
+                           subject.has_other_input ? "; compare two runs of one experiment" : "");
+      out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], subject.cannot_tell));
+    }
+    const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
+    found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
-    if (leaves_other) out.findings.sentences.push_back(titles[i] + ": " + left_over);
+    if (subject.left_over.changed) {
+      found += "  " + left_over + "\n";
+      out.findings.sentences.push_back(titles[i] + ": " + left_over);
+    }
+    found += "  " + holds + "\n  " + report::tested_sentence(change) + "\n" + table_of(first, subject);
     out.findings.sentences.push_back(holds);
     if (i == 1) out.findings.sentences.push_back(report::tested_sentence(change));
   }
   out.findings.title = fmt::format("Comparison of {} and {}", titles.front(),
                                    titles.size() == 2 ? titles.back() : fmt::format("{} others", titles.size() - 1));
-  out.findings.heading = any_changed ? "The plant has changed"
-                         : any_differs
-                             ? "Not shown whether the plant has changed: the records differ in input or length"
-                         : !all_hold        ? "No change of a parameter found, yet the first model does not hold"
-                         : any_leaves_other ? "No change of a parameter found, but what the model leaves over changed"
-                                            : "No change of a parameter found, and the first model holds";
-  out.findings.is_alike = !any_differs && !any_leaves_other && all_hold;
+  out.findings.heading = report::outcome_of_all(out.subjects);
+  out.findings.is_alike = std::all_of(out.subjects.begin() + 1, out.subjects.end(), report::is_alike);
+  out.text = out.findings.heading + "\n" + out.text + found;
   out.findings.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
-  out.text += fmt::format(
-      "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
-      "and runs together\n"
-      "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
-      "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a zero "
-      "(gains b0, b1)\n"
-      "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
-      100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
+  const bool has_table =
+      std::any_of(out.subjects.begin() + 1, out.subjects.end(), [](const auto& s) { return !s.unfit; });
+  if (has_table) {
+    out.text += fmt::format(
+        "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
+        "and runs together\n"
+        "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
+        "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a "
+        "zero "
+        "(gains b0, b1)\n"
+        "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
+        100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
+  }
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", identify::kFalseAlarm},
@@ -212,9 +213,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                             .time_s = one.output.time_s,
                             .measured = one.output.measured,
                             .simulated = one.output.simulated});
-    out.findings.sentences.push_back(fmt::format("{}: R2 {:.2f} %, rms error {:.3g} {}; of {} plant", titles[i],
-                                                 best.r2_percent, one.rms_error, models[i].output_unit,
-                                                 plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
+    out.subjects.back().input_range = input_range(source.record);
+    out.findings.sentences.push_back(
+        fmt::format("{}: R2 {} %, rms error {:.3g} {}; of {} plant", titles[i], ident::percent_text(best.r2_percent),
+                    one.rms_error, models[i].output_unit, plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
     if (one.of_another_plant) {
       out.findings.sentences.back() +=
           fmt::format(": its error is {:.1f} times that of its structure fitted to the record",
@@ -225,8 +227,8 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
       out.findings.sentences.push_back(
           fmt::format("{}: cannot tell whether it is of this plant: {}", titles[i], one.cannot_tell));
     }
-    rows.push_back({files[i], fmt::format("{:.2f}", one.validation.score.r2_percent),
-                    fmt::format("{:.2f}", best.r2_percent), fmt::format("{:.2f}", best.fit_percent),
+    rows.push_back({files[i], ident::percent_text(one.validation.score.r2_percent),
+                    ident::percent_text(best.r2_percent), ident::percent_text(best.fit_percent),
                     fmt::format("{:.3g}", one.rms_error),
                     fmt::format("{:.3g}", std::max(std::abs(best.error_min), std::abs(best.error_max))),
                     one.refit ? fmt::format("{:.3g}", one.refit_rms_error) : "-", plant_of(one)});
@@ -245,9 +247,9 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     }
     if (!one.of_another_plant) continue;
     sentences += fmt::format(
-        "{}: a model of another plant, although it scores R2 {:.2f} %: its error is {:.1f} times that of its structure "
+        "{}: a model of another plant, although it scores R2 {} %: its error is {:.1f} times that of its structure "
         "fitted to {}\n",
-        files[i], best.r2_percent, one.rms_error / one.refit_rms_error, source.name);
+        files[i], ident::percent_text(best.r2_percent), one.rms_error / one.refit_rms_error, source.name);
     sentences += change_sentences(*one.change, models[i]);
   }
   out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());

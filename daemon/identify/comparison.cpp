@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -12,8 +13,11 @@
 #include "core/error.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::identify {
 namespace {
@@ -175,16 +179,16 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
   scored.of_another_plant = is_hopeless || (shows && ratio > ident::kGreatestErrorOverRefit);
   if (!scored.of_another_plant && scored.change->changed && ratio > ident::kGreatestErrorOverRefit) {
     scored.cannot_tell = fmt::format(
-        "its error is {:.2g} times that on its own record, and parameters lie just outside their joint intervals, as "
+        "its error is {} times that on its own record, and parameters lie just outside their joint intervals, as "
         "other amplitudes or tones make them on an unchanged plant; record the model's experiment again and compare "
         "the two runs (eha compare)",
-        ratio);
+        ident::figure_text(ratio));
   } else if (!scored.of_another_plant && ratio > kFarError) {
     scored.cannot_tell = fmt::format(
-        "its error is {:.2g} times that on its own record, yet no parameter of it is shown to differ: friction, a leak "
+        "its error is {} times that on its own record, yet no parameter of it is shown to differ: friction, a leak "
         "or "
         "a load do that, or a null that is off within its interval; fit a model to this record before you rely on one",
-        ratio);
+        ident::figure_text(ratio));
   }
 }
 
@@ -215,7 +219,53 @@ ScoredModel scored(const ident::Model& model, const Source& source, const ident:
   return one;
 }
 
+bool has_negative_gain(const ident::Model& model) {
+  const std::vector<ident::Term>& numerator = model.transfer_function.numerator;
+  return !numerator.empty() && numerator.front().coefficient < 0.0;
+}
+
+/// Why a model by itself does not describe the record that it was fitted to; empty where it does.
+std::string why_unfit(const ident::Model& model) {
+  if (model.input_map && ident::is_one_way(*model.input_map)) {
+    return "its map lets the input through in one direction only";
+  }
+  if (!model.verdict || ident::verdict_word(*model.verdict) != ident::text(ident::Grade::rejected)) return {};
+  // What the record does not need tells less than what is wrong.
+  ident::Verdict wrong = *model.verdict;
+  std::erase_if(wrong.criteria, [](const ident::Criterion& c) {
+    return c.kind == ident::CriterionKind::coefficient_interval || c.kind == ident::CriterionKind::order_error ||
+           c.kind == ident::CriterionKind::left_out;
+  });
+  const std::vector<std::string> reasons = ident::reasons_of(model, wrong);
+  std::string why = reasons.empty() ? "it is rejected" : ident::statement_of(reasons.front());
+  why.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(why.front())));
+  return why;
+}
+
+/// Makes a comparison claim nothing.
+void claim_no_change(ident::PlantChange& change) {
+  change.changed = false;
+  for (ident::ParameterChange& p : change.parameters) p.changed = false;
+}
+
 }  // namespace
+
+std::optional<Unfit> unfit_of(const ident::Model& before, const ident::Model& after) {
+  if (const std::string why = why_unfit(before); !why.empty()) return Unfit{true, why};
+  if (const std::string why = why_unfit(after); !why.empty()) return Unfit{false, why};
+  const double worse = std::sqrt(after.estimation->score.mse / before.estimation->score.mse);
+  const bool is_first = worse < 1.0;
+  if (has_negative_gain(before) != has_negative_gain(after))
+    return Unfit{is_first,
+                 "its gain has the other sign, as with an input or output that is connected the other way round"};
+  const double fit_percent = (is_first ? before : after).estimation->score.fit_percent;
+  const double ratio = is_first ? 1.0 / worse : worse;
+  if (ratio > kHopeless && fit_percent < kHopelessFit_percent) {
+    return Unfit{is_first, fmt::format("its fit is {:.1f} %, and it errs {} times as much as the other one",
+                                       fit_percent, ident::figure_text(ratio))};
+  }
+  return std::nullopt;
+}
 
 bool first_model_holds(const ComparedRun& run) {
   return run.first_model_error <= ident::kGreatestErrorOverRefit * run.left_over.after;
@@ -254,6 +304,10 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
+    if (!first_model_holds(comparison.runs[i])) {
+      comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
+    }
+    if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
     if (structure.name == "io_valve") continue;
     const double before_s = compared_s(comparison.runs.front().fit.model);
     const double after_s = compared_s(comparison.runs[i].fit.model);

@@ -25,6 +25,12 @@ struct LeftOver {
 /// From this factor on the errors on two records of one experiment are unlike.
 inline constexpr double kOtherLeftOver = 1.5;
 
+/// Why one of two models, each fitted to its own record, says nothing of the plant.
+struct Unfit {
+  bool is_first = false;  ///< the first run's model; else that of the other run
+  std::string why;        ///< "its map lets the input through in one direction only"
+};
+
 /// One run compared with the first.
 struct ComparedRun {
   ident::FitResult fit;                      ///< the model has a verdict, with its usable band
@@ -33,11 +39,19 @@ struct ComparedRun {
   double first_model_error = 0.0;            ///< rms, of the first run's model on this run [output unit]; 0: the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
+  /// One of the two models does not describe its own record: `change` then claims nothing. Never set where the first
+  /// model holds, as it then describes both.
+  std::optional<Unfit> unfit = {};
 };
 
 /// Whether the first run's model describes a run: errs at most ident::kGreatestErrorOverRefit times as much as the one
 /// fitted to that run.
 [[nodiscard]] bool first_model_holds(const ComparedRun& run);
+
+/// Returns which of two models, each fitted to its own record, does not describe it: rejected for more than parameters
+/// that its record does not need, with a valve map that is one-way, with a gain of the other sign, or with a fit that
+/// is far worse than the other's. None where both do.
+[[nodiscard]] std::optional<Unfit> unfit_of(const ident::Model& before, const ident::Model& after);
 
 struct RunComparison {
   std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known

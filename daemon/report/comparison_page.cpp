@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "core/error.hpp"
@@ -31,13 +33,78 @@ std::string change_word(const ComparedSubject& subject, bool changed) {
 
 namespace {
 
+/// What a comparison with the first run can find, the most important first.
+enum class Finding : std::uint8_t {
+  changed,
+  does_not_fit,
+  does_not_hold,
+  other_input,
+  cannot_tell,
+  leaves_other,
+  alike
+};
+
+Finding finding_of(const ComparedSubject& subject) {
+  if (subject.unfit) return Finding::does_not_fit;
+  if (!subject.cannot_tell.empty()) return subject.has_other_input ? Finding::other_input : Finding::cannot_tell;
+  if (subject.change && subject.change->changed) return Finding::changed;
+  if (!subject.first_model_holds) return Finding::does_not_hold;
+  return subject.left_over.changed ? Finding::leaves_other : Finding::alike;
+}
+
+const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
+  return subject.unfit->is_first ? first.label : subject.label;
+}
+
+}  // namespace
+
+std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
+  switch (finding_of(subject)) {
+    case Finding::changed:
+      return "The plant has changed";
+    case Finding::does_not_fit:
+      return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
+                         unfit_label(first, subject));
+    case Finding::does_not_hold:
+      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed", first.label,
+                         subject.label);
+    case Finding::other_input:
+      return "Not shown whether the plant has changed: the parameters differ, and so do the inputs";
+    case Finding::cannot_tell:
+      return "Not shown whether the plant has changed: a record is too short";
+    case Finding::leaves_other:
+      return "No change of a parameter found, but what the model leaves over changed";
+    case Finding::alike:
+      break;
+  }
+  return "No change of a parameter found, and the first model holds";
+}
+
+std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {
+  const auto worst = std::min_element(subjects.begin() + 1, subjects.end(),
+                                      [](const auto& a, const auto& b) { return finding_of(a) < finding_of(b); });
+  const std::string text = outcome(subjects.front(), *worst);
+  return subjects.size() == 2 || is_alike(*worst) ? text : fmt::format("{}: {}", worst->label, text);
+}
+
+bool is_alike(const ComparedSubject& subject) { return finding_of(subject) == Finding::alike; }
+
+std::string unfit_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  return fmt::format(
+      "{} does not fit {}: {}. Its parameters say nothing of the plant, and no change of them is claimed.",
+      subject.model.name, unfit_label(first, subject), subject.unfit->why);
+}
+
+namespace {
+
 std::string changes_table(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ident::ParameterChange& p : subject.change->parameters) {
-    rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model),
-                    ident::value_text(p.name, p.after, model), fmt::format("{:.3g}", p.after - p.before),
-                    fmt::format("{:.2g}", p.half_width), change_word(subject, p.changed)});
+    rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model, p.half_width),
+                    ident::value_text(p.name, p.after, model, p.half_width),
+                    ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
+                    change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
     rows.push_back({"left over, rms", model.output_unit, fmt::format("{:.3g}", e.before),
@@ -85,6 +152,14 @@ plot::Figure changes_figure(const ident::PlantChange& change, const std::string&
 Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::PlantChange& change = *subject.change;
   Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
+  if (subject.unfit) {
+    item.html = paragraph(unfit_sentence(first, subject)) + paragraph(first_model_sentence(first, subject));
+    item.remark.to_do =
+        "Look at both records: an input that reaches one side only, a rod on its end stop, another signal. `eha fit` "
+        "of "
+        "the record that the model does not fit says what lies in it.";
+    return item;
+  }
   item.html = changes_table(first, subject);
   if (std::any_of(change.parameters.begin(), change.parameters.end(),
                   [](const auto& p) { return p.role == ident::ParameterRole::dead_band; })) {
@@ -211,6 +286,30 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   return item;
 }
 
+/// Least and greatest input of all records.
+std::optional<std::pair<double, double>> input_range(const std::vector<ComparedSubject>& subjects) {
+  std::optional<std::pair<double, double>> range;
+  for (const ComparedSubject& subject : subjects) {
+    if (!subject.input_range) continue;
+    if (!range) range = subject.input_range;
+    range->first = std::min(range->first, subject.input_range->first);
+    range->second = std::max(range->second, subject.input_range->second);
+  }
+  return range;
+}
+
+/// Those whose model describes its record.
+std::vector<ComparedSubject> fitting(const std::vector<ComparedSubject>& subjects) {
+  const bool first_fits = std::none_of(subjects.begin(), subjects.end(),
+                                       [](const auto& subject) { return subject.unfit && subject.unfit->is_first; });
+  std::vector<ComparedSubject> kept;
+  for (const ComparedSubject& subject : subjects) {
+    const bool fits = &subject == &subjects.front() ? first_fits : !subject.unfit || subject.unfit->is_first;
+    if (fits) kept.push_back(subject);
+  }
+  return kept;
+}
+
 std::vector<ident::Model> labelled(const std::vector<ComparedSubject>& subjects) {
   std::vector<ident::Model> models;
   for (const ComparedSubject& subject : subjects) {
@@ -221,7 +320,9 @@ std::vector<ident::Model> labelled(const std::vector<ComparedSubject>& subjects)
 }
 
 /// Draws the valves over one another about their nulls; none if no model has one.
-std::optional<Item> valve_item(const std::vector<ident::Model>& models) {
+/// @param range  least and greatest input of the records; none without a record
+std::optional<Item> valve_item(const std::vector<ident::Model>& models,
+                               const std::optional<std::pair<double, double>>& range) {
   constexpr double kShownDeadBands = 4.0;
   std::vector<const ident::Model*> valves;
   double low = 0.0;
@@ -238,6 +339,7 @@ std::optional<Item> valve_item(const std::vector<ident::Model>& models) {
                                     map.null - map.dead_band, map.null + map.dead_band, model.input_unit);
   }
   if (valves.empty()) return std::nullopt;
+  if (range) std::tie(low, high) = *range;
   item.figure = plot::Figure{.title = item.heading, .panels = {valve_panel(valves, low, high)}};
   item.remark.good = "Lines that cover one another.";
   item.remark.to_do = "A wider flat part is a wider dead band; a shifted one is a null that moved.";
@@ -266,17 +368,18 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
 std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
   const identify::LeftOver& e = subject.left_over;
   const std::string unit = ident::after_number(subject.model.output_unit);
-  return fmt::format("What the model leaves over changed by a factor of {:.2g}, from {:.3g}{} rms on {} to {:.3g}{}.",
-                     e.after / e.before, e.before, unit, first.label, e.after, unit);
+  return fmt::format("What the model leaves over changed by a factor of {}, from {:.3g}{} rms on {} to {:.3g}{}.",
+                     ident::figure_text(e.after / e.before), e.before, unit, first.label, e.after, unit);
 }
 
 std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
   const double refit = subject.left_over.after;
   const std::string unit = ident::after_number(subject.model.output_unit);
   return fmt::format(
-      "The model of {} errs by {:.3g}{} rms on {}, {:.2g} times the {:.3g}{} of the model fitted there: "
+      "The model of {} errs by {:.3g}{} rms on {}, {} times the {:.3g}{} of the model fitted there: "
       "it {}.",
-      first.label, subject.first_model_error, unit, subject.label, subject.first_model_error / refit, refit, unit,
+      first.label, subject.first_model_error, unit, subject.label,
+      ident::figure_text(subject.first_model_error / refit), refit, unit,
       subject.first_model_holds ? "holds" : "does not hold");
 }
 
@@ -325,19 +428,20 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
       fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}{}</section>\n", findings.is_alike ? "none" : "some",
                   escaped(findings.heading), list(findings.sentences), advice);
   Section models{.title = "Models"};
-  for (const ComparedSubject& subject : subjects) {
+  const std::vector<ComparedSubject> drawn = fitting(subjects);
+  for (const ComparedSubject& subject : drawn) {
     models.items.push_back({.heading = subject.label, .html = equation(subject.model)});
   }
   Section time{.title = "Over time"};
   if (Item item = findings.is_one_record ? models_on_record_item(subjects) : records_item(subjects); item.figure)
     time.items.push_back(std::move(item));
   Section frequency{.title = "Frequency response"};
-  frequency.items.push_back(bode_item(subjects));
-  const std::vector<ident::Model> named = labelled(subjects);
+  if (!drawn.empty()) frequency.items.push_back(bode_item(drawn));
+  const std::vector<ident::Model> named = labelled(drawn);
   Section valve{.title = "Valve"};
-  if (auto item = valve_item(named)) valve.items.push_back(std::move(*item));
+  if (auto item = valve_item(named, input_range(subjects))) valve.items.push_back(std::move(*item));
   Section step{.title = "Step response"};
-  if (auto item = step_item(named)) step.items.push_back(std::move(*item));
+  if (auto item = named.empty() ? std::nullopt : step_item(named)) step.items.push_back(std::move(*item));
   if (findings.is_one_record) {
     return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models});
   }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/identify/comparison.hpp"
@@ -21,7 +22,11 @@ struct ComparedSubject {
   identify::LeftOver left_over = {};              ///< the same, of two records
   double first_model_error = 0.0;                 ///< rms, of the first model on this record; 0: not known
   bool first_model_holds = true;                  ///< as identify::first_model_holds()
+  bool has_other_input = false;                   ///< than the first, and `cannot_tell` says so
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
+  std::optional<identify::Unfit> unfit = {};  ///< as of identify::ComparedRun, beside the first
+  /// Least and greatest input that the record has; none without a record.
+  std::optional<std::pair<double, double>> input_range = {};
   // The record and the model on it, of one length; empty for a model alone.
   Eigen::VectorXd time_s = {};
   Eigen::VectorXd measured = {};
@@ -30,6 +35,22 @@ struct ComparedSubject {
 
 /// Whether a parameter changed, in a word: "yes", "differs" where that is no change of the plant, or "not shown".
 [[nodiscard]] std::string change_word(const ComparedSubject& subject, bool changed);
+
+/// What the comparison with the first run found: the heading of the page and the first line on the terminal. Without a
+/// point: "The plant has changed", "No change of a parameter found, and the first model holds".
+/// @param first, subject  of two records
+[[nodiscard]] std::string outcome(const ComparedSubject& first, const ComparedSubject& subject);
+
+/// The outcome that matters most of several: a change, then a model that does not fit or hold, then what is not shown.
+/// With more than one subject beside the first its label stands before it. @param subjects  at least two
+[[nodiscard]] std::string outcome_of_all(const std::vector<ComparedSubject>& subjects);
+
+/// Whether the outcome is that nothing differs.
+[[nodiscard]] bool is_alike(const ComparedSubject& subject);
+
+/// "io_valve does not fit mm_sat: its map lets the input through in one direction only. Its parameters say nothing of
+/// the plant, and no change of them is claimed." @param subject  with `unfit`
+[[nodiscard]] std::string unfit_sentence(const ComparedSubject& first, const ComparedSubject& subject);
 
 /// "What the model leaves over changed by a factor of 2.4, from 0.00078 in rms on base to 0.00189 in."
 [[nodiscard]] std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject);

@@ -10,6 +10,19 @@ namespace eha::ident {
 
 std::string error_figure(double error) { return fmt::format("{:.3g}", error); }
 
+std::string figure_text(double figure) {
+  const double size = std::abs(figure);
+  if (!(size >= 99.5) || size >= 1e5) return fmt::format("{:.2g}", figure);
+  const double digit = size < 1e3 ? 10.0 : size < 1e4 ? 100.0 : 1000.0;  // the last of two
+  return fmt::format("{:.0f}", digit * std::round(figure / digit));
+}
+
+std::string percent_text(double percent, int decimals) {
+  const double step = std::pow(10.0, -decimals);
+  if (percent < 100.0 && percent >= 100.0 - 0.5 * step) return fmt::format("above {:.{}f}", 100.0 - step, decimals);
+  return fmt::format("{:.{}f}", percent, decimals);
+}
+
 double half_width95(const ParameterEstimate& parameter) {
   return parameter.fixed ? 0.0 : 0.5 * (parameter.upper95 - parameter.lower95);
 }

@@ -22,6 +22,12 @@ inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval 
   return error_figure(error) + after_number(unit);
 }
 
+/// A factor or an angle for people: two digits, and from 100 on a whole number; an exponent from 1e5 on. "1.4", "120".
+[[nodiscard]] std::string figure_text(double figure);
+
+/// R2 or a fit [%] with two decimals; "above 99.99" where they would round to 100.00, which nothing measured reaches.
+[[nodiscard]] std::string percent_text(double percent, int decimals = 2);
+
 /// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 

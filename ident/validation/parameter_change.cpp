@@ -144,12 +144,16 @@ std::string map_instead(const std::vector<std::string>& changed, bool has_map) {
       fmt::join(shown, " and "));
 }
 
-std::string value_text(const std::string& parameter, double value, const Model& model) {
+std::string value_text(const std::string& parameter, double value, const Model& model, double half_width) {
   const auto found = std::find_if(model.parameters.begin(), model.parameters.end(),
                                   [&](const ParameterEstimate& p) { return p.name == parameter; });
   const bool may_be_0 = found != model.parameters.end() && !found->fixed && is_coefficient(found->role) &&
                         found->lower95 <= 0.0 && found->upper95 > 0.0 && std::isfinite(found->upper95);
-  return may_be_0 ? fmt::format("0 to {:.2g}", found->upper95) : fmt::format("{:.4g}", value);
+  return may_be_0 ? fmt::format("0 to {:.2g}", found->upper95) : rounded_to(value, half_width);
+}
+
+std::string value_text(const std::string& parameter, double value, const Model& model) {
+  return value_text(parameter, value, model, 0.0);
 }
 
 std::string unit_of(const ParameterChange& change, const Model& model) {

@@ -58,6 +58,9 @@ struct PlantChange {
 /// small, as its 95 % interval holds 0.
 [[nodiscard]] std::string value_text(const std::string& parameter, double value, const Model& model);
 
+/// The same with the decimals that half its interval justifies, see rounded_to().
+[[nodiscard]] std::string value_text(const std::string& parameter, double value, const Model& model, double half_width);
+
 /// Unit of a changed parameter of a model, as of any of its parameters.
 [[nodiscard]] std::string unit_of(const ParameterChange& change, const Model& model);
 

@@ -2,6 +2,8 @@
 // `eha compare` and `eha replay` as a user meets them: two runs of the simulated rig, the second with another valve.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -73,10 +75,39 @@ TEST_F(TwoRuns, CompareWritesAReportThatNamesTheChange) {
   }
 }
 
+TEST_F(TwoRuns, CompareClaimsNoChangeByAModelThatDoesNotFitItsRecord) {
+  // The second signal does not come from the rig: it swings by itself.
+  std::string other;
+  const std::string rows = content_of(folder_->path() / before_ / "data_40ms.csv");
+  int row = 0;
+  for (std::size_t at = 0; at < rows.size();) {
+    const std::size_t end = std::min(rows.find('\n', at), rows.size());
+    const std::string line = rows.substr(at, end - at);
+    const bool is_number = !line.empty() && std::isdigit(static_cast<unsigned char>(line.front()));
+    other += is_number ? line.substr(0, line.rfind(',') + 1) + std::to_string(3.0 + std::sin(0.3 * row)) : line;
+    other += '\n';
+    if (is_number) ++row;
+    at = end + 1;
+  }
+  folder_->write("unrelated.csv", other);
+  folder_->write("own.csv", rows);
+  const Ended ended = run_eha({"compare", "own.csv", "unrelated.csv", "-o", "unfit.html"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const std::string heading = ended.out.substr(0, ended.out.find('\n'));
+  EXPECT_NE(heading.find("No model that suits the one record suits the other; io_valve does not fit unrelated"),
+            std::string::npos)
+      << ended.out;
+  EXPECT_EQ(ended.out.find(" moved by "), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("it does not hold."), std::string::npos) << ended.out;
+  const std::string html = content_of(folder_->path() / "unfit.html");
+  EXPECT_NE(html.find(heading), std::string::npos) << "one sentence on both";
+  EXPECT_EQ(html.find("valve of unrelated"), std::string::npos) << "no picture of a model that does not fit";
+}
+
 TEST_F(TwoRuns, CompareFindsNothingBetweenARunAndItself) {
   const Ended ended = run_eha({"compare", before_, before_}, folder_->path());
   ASSERT_EQ(ended.code, 0) << ended.err;
-  EXPECT_NE(ended.out.find("no change of a parameter found"), std::string::npos) << ended.out;
+  EXPECT_TRUE(ended.out.starts_with("No change of a parameter found, and the first model holds\n")) << ended.out;
   EXPECT_NE(ended.out.find("the model fitted there: it holds."), std::string::npos) << ended.out;
   EXPECT_NE(ended.out.find("  Tested: "), std::string::npos) << ended.out;
   EXPECT_NE(ended.out.find("Not tested: what these do not describe, as friction"), std::string::npos) << ended.out;

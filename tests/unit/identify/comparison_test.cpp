@@ -100,6 +100,27 @@ TEST(Comparison, SaysWhetherTheFirstModelHoldsOnTheSecondRecord) {
   EXPECT_GT(changed.runs[1].first_model_error, 2.0 * changed.runs[1].left_over.after);
 }
 
+TEST(Comparison, ClaimsNothingByAModelWithAGainOfTheOtherSignOrAMapThatIsOneWay) {
+  const Source here = source_of(seeded(1));
+  const ident::Model one = compare_runs({here, here}).runs[0].fit.model;
+  EXPECT_FALSE(unfit_of(one, one));
+  ident::Model other = one;
+  other.transfer_function.numerator.front().coefficient *= -1.0;
+  other.estimation->score.mse *= 1.1;
+  ASSERT_TRUE(unfit_of(one, other));
+  EXPECT_FALSE(unfit_of(one, other)->is_first);
+  EXPECT_TRUE(unfit_of(other, one)->is_first);
+  ident::Model shut = one;
+  shut.input_map->negative_gain_ratio = 0.01;
+  ASSERT_TRUE(unfit_of(one, shut));
+  EXPECT_NE(unfit_of(one, shut)->why.find("one direction only"), std::string::npos);
+  ident::Model poor = one;
+  poor.estimation->score.mse *= 400.0;
+  poor.estimation->score.fit_percent = 80.0;
+  ASSERT_TRUE(unfit_of(one, poor));
+  EXPECT_NE(unfit_of(one, poor)->why.find("20 times as much"), std::string::npos) << unfit_of(one, poor)->why;
+}
+
 TEST(Comparison, ConvertsLengthsAndTakesRowsOfAnotherStep) {
   const Source one = source_of(seeded(1));
   Source other = source_of(seeded(1));

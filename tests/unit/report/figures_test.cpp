@@ -56,7 +56,7 @@ TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   EXPECT_NE(page.html.find("The plant has changed"), std::string::npos);
   EXPECT_NE(page.html.find("1 of 2 parameters changed."), std::string::npos);
   EXPECT_LT(page.html.find("To do: Look for the cause of each change."), page.html.find("<svg")) << "in the box";
-  EXPECT_NE(page.html.find(">0.22</td>"), std::string::npos);
+  EXPECT_NE(page.html.find(">0.2200</td>"), std::string::npos);
   EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
   // Changes, step, records over time, Bode plot; these models have no valve.
   EXPECT_EQ(count(page.html, "<svg"), 4U);
@@ -123,6 +123,13 @@ TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
   EXPECT_NE(html.find("friday passes nothing from -0.41 to 0.01 V"), std::string::npos);
   EXPECT_NE(html.find("valve of monday"), std::string::npos) << "in the key of the plot";
   EXPECT_NE(html.find("valve of friday"), std::string::npos);
+  EXPECT_EQ(html.find("<text>-4000</text>"), std::string::npos);
+  const std::string wide =
+      comparison_page({.title = "Comparison", .heading = "Changed"},
+                      {{.label = "monday", .model = before, .input_range = std::pair(-5000.0, 5000.0)},
+                       {.label = "friday", .model = after, .input_range = std::pair(-4000.0, 4000.0)}})
+          .html;
+  EXPECT_NE(wide.find("<text>-4000</text>"), std::string::npos) << "over the range of the inputs";
 }
 
 TEST(ComparisonPage, HasTitlesThatTellRunsAndModelsApart) {

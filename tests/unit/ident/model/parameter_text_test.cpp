@@ -32,5 +32,23 @@ TEST(RoundedTo, HasTheDigitsOfTheHalfWidth) {
   EXPECT_EQ(rounded_to(0.14786, 0.0), "0.1479");
 }
 
+TEST(ParameterText, WritesAFactorWithoutAnExponent) {
+  EXPECT_EQ(figure_text(1.44), "1.4");
+  EXPECT_EQ(figure_text(87.3), "87");
+  EXPECT_EQ(figure_text(99.7), "100");
+  EXPECT_EQ(figure_text(123.7), "120");
+  EXPECT_EQ(figure_text(-151.0), "-150");
+  EXPECT_EQ(figure_text(2345.0), "2300");
+  EXPECT_EQ(figure_text(23456.0), "23000");
+  EXPECT_EQ(figure_text(3e6), "3e+06");
+}
+
+TEST(ParameterText, RoundsNoShareUpToAHundredPercent) {
+  EXPECT_EQ(percent_text(99.984), "99.98");
+  EXPECT_EQ(percent_text(99.9951), "above 99.99");
+  EXPECT_EQ(percent_text(100.0), "100.00");
+  EXPECT_EQ(percent_text(99.97, 1), "above 99.9");
+}
+
 }  // namespace
 }  // namespace eha::ident
