@@ -19,6 +19,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/report.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/recommendation.hpp"
 
 namespace eha::cli {
 namespace {
@@ -30,6 +31,22 @@ std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::Identified
     identified.result.model = in_unit(std::move(identified.result.model), unit);
   }
   return models;
+}
+
+/// In the order of every table.
+std::vector<identify::IdentifiedModel> in_order(const std::vector<identify::IdentifiedModel>& models,
+                                                const ident::Recommendation& recommendation) {
+  std::vector<const ident::Model*> all;
+  for (const identify::IdentifiedModel& identified : models) all.push_back(&identified.result.model);
+  const ident::Model* first = ident::leading(all, recommendation);
+  std::vector<const identify::IdentifiedModel*> order;
+  for (const identify::IdentifiedModel& identified : models) order.push_back(&identified);
+  std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
+    return ident::stands_before(a->result.model, b->result.model, first);
+  });
+  std::vector<identify::IdentifiedModel> sorted;
+  for (const identify::IdentifiedModel* identified : order) sorted.push_back(*identified);
+  return sorted;
 }
 
 /// Prints what was written; of models that are not accepted their number, with -v each file.
@@ -122,7 +139,8 @@ void print_identification(const identify::Identification& identification,
   }
   if (console.verbose()) {
     console.print(wrapped(recommendation_text(answer_of(identification), unit), 0));
-    console.print(model_report(shown_in(identification.models, unit), shown_in(identification.paper, unit)));
+    console.print(model_report(in_order(shown_in(identification.models, unit), identification.recommendation),
+                               shown_in(identification.paper, unit)));
   }
   if (const std::string text = left_out_text(identification.refused); !text.empty()) console.print(wrapped(text, 0));
   if (console.verbose() && identification.frequency_response) {

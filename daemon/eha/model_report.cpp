@@ -57,9 +57,9 @@ std::string orders_text(const Model& model, const ident::Structure& structure) {
 }
 
 void add_score(std::vector<std::string>& row, const std::optional<Score>& score) {
-  row.push_back(score ? fmt::format("{:.2f}", score->r2_percent) : "-");
+  row.push_back(score ? ident::percent_text(score->r2_percent) : "-");
   row.push_back(score ? fmt::format("{:.3g}", score->mse) : "-");
-  row.push_back(score ? fmt::format("{:.2f}", score->fit_percent) : "-");
+  row.push_back(score ? ident::percent_text(score->fit_percent) : "-");
 }
 
 const char* stability_text(const Model& model) {
@@ -75,8 +75,8 @@ std::vector<std::string> row_for(const IdentifiedModel& identified, const char* 
   add_score(row, model.estimation ? std::optional(model.estimation->score) : std::nullopt);
   add_score(row, model.validation ? std::optional(model.validation->score) : std::nullopt);
   const auto again = model.validation ? model.validation->offset_reestimated : std::nullopt;
-  row.push_back(again ? fmt::format("{:.2f}", again->r2_percent) : "-");
-  row.push_back(again ? fmt::format("{:.2f}", again->fit_percent) : "-");
+  row.push_back(again ? ident::percent_text(again->r2_percent) : "-");
+  row.push_back(again ? ident::percent_text(again->fit_percent) : "-");
   row.emplace_back(stability_text(model));
   row.emplace_back(model.verdict ? verdict_word(*model.verdict) : "-");
   row.push_back(model.estimation ? fmt::format("{:.2f}", model.estimation->seconds) : "-");

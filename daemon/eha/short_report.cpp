@@ -24,6 +24,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/recommendation.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -56,7 +57,8 @@ std::optional<Score> shown_score(const Model& model) {
 std::string fit_text(const Model& model) {
   const auto score = shown_score(model);
   if (!score) return "no figures";
-  std::string text = fmt::format("fit {:.1f} %, R2 {:.2f} %", score->fit_percent, score->r2_percent);
+  std::string text = fmt::format("fit {} %, R2 {} %", ident::percent_text(score->fit_percent, 1),
+                                 ident::percent_text(score->r2_percent));
   if (!has_unseen(model)) {
     const bool rests = model.verdict && model.verdict->judging_part_rests;
     return text + (rests ? "; the part that would judge is at rest" : "; nothing was left unseen (--split 1)");
@@ -167,27 +169,21 @@ std::ptrdiff_t estimated_count(const Model& model) {
   return std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) { return !p.fixed; });
 }
 
-double mean_square(const Model& model) {
-  const auto score = shown_score(model);
-  return score ? score->mse : std::numeric_limits<double>::infinity();
-}
-
-/// "the simplest of the 5 models of 14 that describe the record; the next best, lag, errs 1.3 times as much".
+/// "the simplest of the 5 models of 14 that describe the record; the runner-up, lag, errs 1.3 times as much".
 /// @param models  of which `chosen` is one
 std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
                       const ident::Recommendation& recommendation) {
-  if (models.size() < 2 || !(mean_square(chosen) > 0.0)) return brief(recommendation.reason);
-  const double most = ident::kAsWell * ident::kAsWell * mean_square(chosen);
+  if (models.size() < 2 || !(ident::shown_mse(chosen) > 0.0)) return brief(recommendation.reason);
+  const double most = ident::kAsWell * ident::kAsWell * ident::shown_mse(chosen);
   std::size_t alike = 0;
   bool is_simplest = true;
   const Model* next = nullptr;
   for (const Model& model : models) {
-    if (mean_square(model) <= most) {
+    if (ident::shown_mse(model) <= most) {
       ++alike;
       is_simplest = is_simplest && estimated_count(chosen) <= estimated_count(model);
     }
-    const bool counts = model.name != chosen.name && model.verdict && model.verdict->accepted;
-    if (counts && (next == nullptr || mean_square(model) < mean_square(*next))) next = &model;
+    if (model.name == recommendation.runner_up) next = &model;
   }
   std::string text =
       alike < 2 ? fmt::format("the one of {} models that describes the record", models.size())
@@ -197,12 +193,15 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
                 "of the {} models, of {}, that describe the record, the one that says most with its "
                 "parameters",
                 alike, models.size());
-  if (next == nullptr) {
-    text += "; the checks let no other one pass";
-  } else {
-    const double factor = std::sqrt(mean_square(*next) / mean_square(chosen));
-    text += factor < kAlike ? fmt::format("; the next best, {}, errs as little", next->name)
-                            : fmt::format("; the next best, {}, errs {:.2g} times as much", next->name, factor);
+  const bool is_only_one = std::none_of(models.begin(), models.end(), [&](const Model& model) {
+    return model.name != chosen.name && model.verdict && model.verdict->accepted;
+  });
+  if (is_only_one) text += "; the checks let no other one pass";
+  if (next != nullptr) {
+    const double factor = std::sqrt(ident::shown_mse(*next) / ident::shown_mse(chosen));
+    const std::string word = next->verdict && next->verdict->accepted ? "" : fmt::format(" ({})", grade_text(*next));
+    text += fmt::format("; the runner-up, {}{}, errs {}", next->name, word,
+                        factor < kAlike ? "as little" : ident::figure_text(factor) + " times as much");
   }
   if (alike > 1 && recommendation.is_unclear) text += "; " + unclear_choice(recommendation);
   return text;
@@ -222,23 +221,23 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
   const auto error = largest_error(model);
   const ident::FrequencyInterval* band = band_of(model);
   return {name,
-          score ? fmt::format("{:.1f}", score->fit_percent) : "-",
-          score ? fmt::format("{:.2f}", score->r2_percent) : "-",
+          score ? ident::percent_text(score->fit_percent, 1) : "-",
+          score ? ident::percent_text(score->r2_percent) : "-",
           error ? ident::error_figure(*error) : "-",
           band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
           grade_text(model)};
 }
 
-/// Sorts the recommended model first, then by verdict.
-std::vector<Model> sorted(std::vector<Model> models, const std::string& recommended) {
-  const auto rank = [&](const Model& model) {
-    if (model.name == recommended) return 0;
-    if (!model.verdict) return 4;
-    if (ident::verdict_word(*model.verdict) != ident::text(model.verdict->grade)) return 3;
-    return model.verdict->grade == ident::Grade::rejected ? 4 : model.verdict->grade == ident::Grade::usable ? 2 : 1;
-  };
-  std::stable_sort(models.begin(), models.end(), [&](const Model& a, const Model& b) { return rank(a) < rank(b); });
-  return models;
+/// In the order of every table.
+std::vector<Model> sorted(std::vector<Model> models, const ident::Recommendation& recommendation) {
+  std::vector<const Model*> order;
+  for (const Model& model : models) order.push_back(&model);
+  const Model* first = ident::leading(order, recommendation);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](const Model* a, const Model* b) { return ident::stands_before(*a, *b, first); });
+  std::vector<Model> rows;
+  for (const Model* model : order) rows.push_back(*model);
+  return rows;
 }
 
 /// Converts every length of the answer to the unit, also in the sentence of a model that the recommendation quotes at
@@ -389,7 +388,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;
-  const std::vector<Model> models = sorted(answer.models, recommendation.model);
+  const std::vector<Model> models = sorted(answer.models, recommendation);
   for (const Model& model : models) rows.push_back(row_for(model, model.name));
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());

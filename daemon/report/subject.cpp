@@ -6,9 +6,8 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
-#include <limits>
 #include <system_error>
-#include <tuple>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -84,28 +83,26 @@ void read_ended_trial(const fs::path& path, Subject& subject) {
   if (leak != document.end()) subject.trial_leak = text_of(*leak);
 }
 
-/// Key by which models of one grade are ranked, the least first: AR-BIC if every model has it, else the validation R2.
-double criterion_of(const ident::Model& model, bool by_information) {
-  if (by_information) return model.estimation->information->ar_bic;
-  return model.validation ? -model.validation->score.r2_percent : std::numeric_limits<double>::infinity();
-}
-
-void sort_models(Subject& subject, const std::string& recommended, const std::string& runner_up) {
-  const bool by_information =
-      std::all_of(subject.models.begin(), subject.models.end(), [](const ReportedModel& reported) {
-        return reported.model.estimation && reported.model.estimation->information;
-      });
-  const auto rank = [&](const ReportedModel& reported) {
-    const ident::Model& model = reported.model;
-    const int place = model.name == recommended ? 0 : model.name == runner_up ? 1 : 2;
-    const auto grade = model.verdict ? model.verdict->grade : ident::Grade::rejected;
-    return std::tuple(place, -static_cast<int>(grade), criterion_of(model, by_information));
-  };
-  std::stable_sort(subject.models.begin(), subject.models.end(),
-                   [&](const ReportedModel& a, const ReportedModel& b) { return rank(a) < rank(b); });
+/// Puts the models in the order of every table.
+void sort_models(Subject& subject, const ident::Recommendation& chosen) {
+  std::vector<const ident::Model*> all;
+  for (const ReportedModel& reported : subject.models) all.push_back(&reported.model);
+  const ident::Model* first = ident::leading(all, chosen);
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const ident::Model* a, const ident::Model* b) { return ident::stands_before(*a, *b, first); });
+  std::vector<ReportedModel> sorted;
+  for (const ident::Model* model : all) {
+    const auto at = std::find_if(subject.models.begin(), subject.models.end(),
+                                 [&](const ReportedModel& reported) { return &reported.model == model; });
+    sorted.push_back(*at);
+  }
+  subject.models = std::move(sorted);
   subject.has_recommendation =
-      !recommended.empty() && !subject.models.empty() && subject.models.front().model.name == recommended;
-  const bool has_runner_up = subject.models.size() > 1 && subject.models[1].model.name == runner_up;
+      !chosen.model.empty() && !subject.models.empty() && subject.models.front().model.name == chosen.model;
+  const bool has_runner_up =
+      std::any_of(subject.models.begin(), subject.models.end(),
+                  [&](const ReportedModel& reported) { return reported.model.name == chosen.runner_up; });
+  if (subject.has_recommendation && has_runner_up) subject.runner_up = chosen.runner_up;
   subject.pictured_models = subject.has_recommendation && !has_runner_up ? 1 : kMostCurves;
 }
 
@@ -148,8 +145,10 @@ std::string written_at(const std::vector<fs::path>& files) {
 
 std::vector<const ReportedModel*> Subject::pictured() const {
   std::vector<const ReportedModel*> shown;
+  if (!models.empty()) shown.push_back(&models.front());
   for (const ReportedModel& reported : models) {
-    if (shown.size() < pictured_models) shown.push_back(&reported);
+    const bool is_wanted = runner_up.empty() || reported.model.name == runner_up;
+    if (shown.size() < pictured_models && is_wanted && &reported != shown.front()) shown.push_back(&reported);
   }
   return shown;
 }
@@ -186,8 +185,8 @@ Subject load_run(const fs::path& folder) {
     }
   }
   subject.reason = text_of(subject.part("identification", "recommendation", "reason"));
-  sort_models(subject, text_of(subject.part("identification", "recommendation", "model")),
-              text_of(subject.part("identification", "recommendation", "runner_up")));
+  sort_models(subject, {.model = text_of(subject.part("identification", "recommendation", "model")),
+                        .runner_up = text_of(subject.part("identification", "recommendation", "runner_up"))});
   if (subject.fit.time_s.empty()) {
     if (!identification.is_null() && !subject.models.empty()) {
       subject.notes.push_back(
@@ -226,9 +225,13 @@ Subject load_models(const std::vector<fs::path>& files) {
   // Chooses as `eha fit` did.
   std::vector<const ident::Model*> all;
   for (const ReportedModel& reported : subject.models) all.push_back(&reported.model);
-  const ident::Recommendation chosen = ident::recommend(all, {});
-  if (subject.models.size() > 1) subject.reason = chosen.reason;
-  sort_models(subject, subject.models.size() > 1 ? chosen.model : "", chosen.runner_up);
+  ident::Recommendation chosen = ident::recommend(all, {});
+  if (subject.models.size() > 1) {
+    subject.reason = chosen.reason;
+  } else {
+    chosen.model.clear();  // of one model none is recommended
+  }
+  sort_models(subject, chosen);
   // Two that were named are to be seen beside each other.
   if (files.size() <= kMostCurves) subject.pictured_models = kMostCurves;
   return subject;

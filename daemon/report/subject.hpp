@@ -31,9 +31,10 @@ struct Subject {
   std::string name;                                     ///< of the run, or of the models
   std::string written = {};                             ///< when the newest of the model files was, UTC; of a run empty
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
-  std::vector<ReportedModel> models = {};               ///< recommended first, runner-up second, then by verdict
+  std::vector<ReportedModel> models = {};               ///< in the order of ident::stands_before()
   bool has_recommendation = false;                      ///< models.front() is recommended
-  std::size_t pictured_models = 2;                      ///< the pictures show the first ones, up to so many
+  std::string runner_up = {};                           ///< name of the recommended model's; empty: none
+  std::size_t pictured_models = 2;                      ///< the pictures show up to so many
   std::string reason = {};                              ///< of the recommendation, or of its absence
   std::vector<ident::Model> paper = {};                 ///< by the paper's procedure
   identify::FitTable fit = {};                          ///< empty: no fit.csv
@@ -45,7 +46,7 @@ struct Subject {
   std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
   std::vector<std::string> notes = {};          ///< files that should be there and are not
 
-  /// The models of the pictures: the recommended one and its runner-up; without a recommendation the first two.
+  /// The models of the pictures: the recommended one and its runner-up; without a runner-up the first two.
   [[nodiscard]] std::vector<const ReportedModel*> pictured() const;
 
   /// A part of the manifest: part("report", "counters"); null where there is none.

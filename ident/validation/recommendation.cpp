@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include "ident/fractional/poles.hpp"
 #include "ident/model/engineering_form.hpp"
@@ -155,20 +157,44 @@ std::string unclear_between(const Model& picked, const Model& runner_up) {
                      has_delay ? ": take their sum, neither alone" : "");
 }
 
+/// Why a model of lower AR-BIC and estimated orders is not taken. @param all  the least AR-BIC first
+std::string not_taken(const Model& picked, const Model& fractional, const Models& all) {
+  const std::string lower =
+      fmt::format("that of {} is {:.1f} lower", fractional.name, ar_bic(picked) - ar_bic(fractional));
+  if (is_whole_in_effect(fractional)) {
+    return fmt::format(
+        "{}, but {} is not taken: its estimated orders are whole for any use, so a model of integer order says the "
+        "same",
+        lower, fractional.name);
+  }
+  return fmt::format("{}, but {} is not taken: {}, as orders that are estimated fit other effects too", lower,
+                     fractional.name, held_back_by(all, fractional));
+}
+
 /// @param all  the least AR-BIC first
 std::string reason_for(const Model& picked, const Models& all, const Model* runner_up) {
   if (all.size() == 1) return "it is the only model compared";
-  const bool is_least = all.front() == &picked;
-  std::string text = fmt::format("its AR-BIC of {:.1f} is the least {}", ar_bic(picked),
-                                 is_least ? fmt::format("of {} models", all.size()) : "of those that may be picked");
-  const auto apart = [&](const Model& other) {
-    return fmt::format("{:.1f} {} that of {}", std::abs(ar_bic(other) - ar_bic(picked)),
-                       ar_bic(other) < ar_bic(picked) ? "above" : "below", other.name);
-  };
-  if (runner_up != nullptr) text += ", " + apart(*runner_up);
-  const std::string unclear = runner_up == nullptr ? "" : unclear_between(picked, *runner_up);
+  const auto is_lower = [&](const Model& of) { return ar_bic(of) < ar_bic(picked); };
   const Model* other = best(all, !has_estimated_order(picked));
+  const bool is_held_back = other != nullptr && !has_estimated_order(picked) && is_lower(*other);
+  const bool names_runner_up = runner_up != nullptr && !(is_held_back && runner_up == other);
+  std::string text = fmt::format("its AR-BIC of {:.1f} is ", ar_bic(picked));
+  if (all.front() == &picked) {
+    text += fmt::format("the least of {} models", all.size());
+  } else if (names_runner_up && is_lower(*runner_up)) {
+    text += "not the least (lower is better)";  // why the lower one is not taken follows
+  } else {
+    text += "the least of those that may be picked (lower is better)";
+  }
+  const auto apart = [&](const Model& of) {
+    const double difference = std::abs(ar_bic(of) - ar_bic(picked));
+    return is_lower(of) ? fmt::format("that of {} is {:.1f} lower", of.name, difference)
+                        : fmt::format("{:.1f} below that of {}", difference, of.name);
+  };
+  if (names_runner_up) text += (is_lower(*runner_up) ? ": " : ", ") + apart(*runner_up);
+  const std::string unclear = runner_up == nullptr ? "" : unclear_between(picked, *runner_up);
   if (other == nullptr) return text + unclear;
+  if (is_held_back) return text + "; " + not_taken(picked, *other, all) + unclear;
   if (other != runner_up) text += " and " + apart(*other);
   if (has_estimated_order(picked)) {
     text += fmt::format(", and estimated orders must gain {:g} on every model of integer order", kFractionalGain);
@@ -215,14 +241,15 @@ std::string_view word_beside(const Model& picked, const Model& model) {
 }
 
 /// Why better models by AR-BIC are not picked: "; io3, 25.1 better, is rejected: a0 = ...". @param all  the least first
-/// @param named  already; null for none
-std::string better_but_rejected(const Model& picked, const Models& all, const Model* named) {
+/// @param named  already; null for none @param runner_up  of which any lower AR-BIC is explained; null for none
+std::string better_but_rejected(const Model& picked, const Models& all, const Model* named, const Model* runner_up) {
   constexpr std::size_t kMostNamed = 3;
   std::string text;
   std::size_t count = 0;
   for (const Model* model : all) {
     const double gain = ar_bic(picked) - ar_bic(*model);
-    if (gain < kFractionalGain || is_accepted(*model) || model == named) continue;
+    const double least = model == runner_up ? 0.0 : kFractionalGain;
+    if (gain <= 0.0 || gain < least || is_accepted(*model) || model == named) continue;
     if (++count > kMostNamed) continue;
     text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain, word_beside(picked, *model),
                         first_reason(*model));
@@ -412,8 +439,36 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   }
   result.reason += unseen_resonances(**picked, all, runner_up);
   result.reason += without_input_in_residual(**picked, all);
-  result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr);
+  result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr, runner_up);
   return result;
+}
+
+double shown_mse(const Model& model) {
+  const double mse = model.validation   ? model.validation->score.mse
+                     : model.estimation ? model.estimation->score.mse
+                                        : std::numeric_limits<double>::infinity();
+  return std::isnan(mse) ? std::numeric_limits<double>::infinity() : mse;  // of an output that overflowed
+}
+
+bool stands_before(const Model& a, const Model& b, const Model* first) {
+  constexpr std::array<std::string_view, 6> kOrder{"good", "usable", kOutdone, kNotNeeded, kNotDetermined, "rejected"};
+  const auto place = [&](const Model& model) {
+    if (&model == first) return -1;
+    const std::string_view word = model.verdict ? verdict_word(*model.verdict) : std::string_view();
+    return static_cast<int>(std::find(kOrder.begin(), kOrder.end(), word) - kOrder.begin());
+  };
+  return std::pair(place(a), shown_mse(a)) < std::pair(place(b), shown_mse(b));
+}
+
+const Model* leading(const Models& models, const Recommendation& recommendation) {
+  if (models.empty()) return nullptr;
+  const std::string& name = recommendation.model.empty() ? recommendation.runner_up : recommendation.model;
+  const auto named = std::find_if(models.begin(), models.end(), [&](const Model* m) { return m->name == name; });
+  if (named != models.end()) return *named;
+  const Models all = compared(models);
+  if (all.size() == models.size()) return all.front();
+  return *std::min_element(models.begin(), models.end(),
+                           [](const Model* a, const Model* b) { return stands_before(*a, *b, nullptr); });
 }
 
 std::string unclear_choice(const Recommendation& recommendation) {

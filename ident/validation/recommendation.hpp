@@ -55,6 +55,19 @@ inline constexpr double kFractionalGain = 10.0;
 /// Whether an order of the model was estimated.
 [[nodiscard]] bool has_estimated_order(const Model& model);
 
+/// The model that stands first in every table: the recommended one; without one that which the reason names
+/// (`runner_up`), else the one of least AR-BIC where all have one, else the first of the order. Null: no models.
+[[nodiscard]] const Model* leading(const std::vector<const Model*>& models, const Recommendation& recommendation);
+
+/// The order of every table of models: `first`, then by verdict_word() (good, usable, outdone, not needed,
+/// undetermined, rejected, not judged), within it the least rms error first, on the validation part where there is one.
+/// @param first  as leading(); null for none @returns whether a stands before b
+[[nodiscard]] bool stands_before(const Model& a, const Model& b, const Model* first);
+
+/// Mean square of the error that tables show: on the validation part, else on the samples that estimated; infinite
+/// without either.
+[[nodiscard]] double shown_mse(const Model& model);
+
 /// Picks a model by the estimation part alone: of those that the verdict would accept without looking at the validation
 /// part, the one of least AR-BIC. One with an estimated order is picked only if its AR-BIC is less than that of every
 /// model of integer order, and of every one whose estimated orders are within 0.01 of whole numbers, by kFractionalGain

@@ -85,7 +85,7 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   const std::string text = short_report(answer, {});
   EXPECT_EQ(text.find("AR-BIC"), std::string::npos) << text;
   const std::string chosen = chosen_in(text);
-  EXPECT_NE(chosen.find("the simplest of the 2 models, of 3, that describe the record; the next best, next, errs 1.3 "
+  EXPECT_NE(chosen.find("the simplest of the 2 models, of 3, that describe the record; the runner-up, next, errs 1.3 "
                         "times as much; this record hardly tells fo from next, that is, a lag from a dead time"),
             std::string::npos)
       << chosen;

@@ -60,7 +60,9 @@ TEST(LoadModels, PutsTheBestModelFirst) {
   const TemporaryFolder folder;
   const auto bad = folder.write("a.json", ident::to_text(model_named("a", ident::Grade::rejected, 99.9)));
   const auto usable = folder.write("b.json", ident::to_text(model_named("b", ident::Grade::usable, 95.0)));
-  const auto better = folder.write("c.json", ident::to_text(model_named("c", ident::Grade::usable, 97.0)));
+  ident::Model less_error = model_named("c", ident::Grade::usable, 97.0);
+  less_error.validation->score.mse = 5e-5;
+  const auto better = folder.write("c.json", ident::to_text(less_error));
   const Subject subject = load_models({bad, usable, better});
   EXPECT_EQ(subject.models[0].model.name, "c");
   EXPECT_EQ(subject.models[2].model.name, "a");
