@@ -26,6 +26,7 @@
 #include "ident/export/controller_formats.hpp"
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
@@ -121,11 +122,12 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   } else if (!command.output) {
     console.print_content(text);
   } else {
-    const std::string accuracy =
-        exported.error
-            ? fmt::format("within {:.2g} % and {:.2g} degrees from {:.4g} to {:.4g} Hz", exported.error->gain_percent,
-                          exported.error->phase_deg, exported.error->band.lowest_Hz, exported.error->band.highest_Hz)
-            : "exact for a held input";
+    const std::string accuracy = exported.error
+                                     ? fmt::format("within {} % and {} degrees from {:.4g} to {:.4g} Hz",
+                                                   ident::figure_text(exported.error->gain_percent),
+                                                   ident::figure_text(exported.error->phase_deg),
+                                                   exported.error->band.lowest_Hz, exported.error->band.highest_Hz)
+                                     : "exact for a held input";
     console.print(fmt::format("written: {} ({}, {} states, {})", command.output->string(), function,
                               ident::state_space(exported.sections).b.size(), accuracy));
     console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.source)));

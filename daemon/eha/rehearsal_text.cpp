@@ -37,6 +37,12 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
 
 }  // namespace
 
+std::string drift_text(double drift_per_s, const std::string& unit) {
+  const std::string figure = fmt::format("{:+.4f}", drift_per_s);
+  return figure.find_first_of("123456789") == std::string::npos ? "does not drift"
+                                                                : fmt::format("drifts {} {}/s", figure, unit);
+}
+
 nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
   return {{"lowest_in", rehearsal.lowest_in},
           {"highest_in", rehearsal.highest_in},
@@ -65,10 +71,10 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
   }
   // The loop stops a rod early enough before a limit that it comes to rest there.
   const bool may_trip = rehearsal.chance_of_trip >= kWarnedChanceOfTrip;
-  return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and drifts {:+.4f} {}/s{}",
+  return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and {}{}",
                      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",
                      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"),
-                     factor * rehearsal.drift_in_per_s, unit.of("in"), remedy);
+                     drift_text(factor * rehearsal.drift_in_per_s, unit.of("in")), remedy);
 }
 
 void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,

@@ -15,6 +15,9 @@ namespace eha::cli {
 /// it.
 [[nodiscard]] std::optional<double> margin_of(const std::optional<Rehearsal>& rehearsal, const config::RigConfig& rig);
 
+/// "drifts +0.0123 in/s"; "does not drift" where the figure has no digit but 0.
+[[nodiscard]] std::string drift_text(double drift_per_s, const std::string& unit);
+
 [[nodiscard]] nlohmann::ordered_json to_json(const Rehearsal& rehearsal);
 
 /// Describes the predicted motion of the rod: "rehearsed with the rig's valve: the rod stays within ...".

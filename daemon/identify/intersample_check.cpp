@@ -129,9 +129,9 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
     }
     if (gain.empty()) return {};
     return fmt::format(
-        "within half a row the input moves by {:.2g} % of its spread, and it was taken as held between the rows: taken "
+        "within half a row the input moves by {} % of its spread, and it was taken as held between the rows: taken "
         "as straight lines, {}; if it is a signal that was sampled and not the staircase of a controller: `{}`",
-        100.0 * movement, gain, command);
+        ident::figure_text(100.0 * movement), gain, command);
   } catch (const DataError&) {
     return {};
   }

@@ -130,7 +130,8 @@ std::string against_difference(const ident::Model& model, const std::string& whe
   const std::string box = named_in_box(model);
   return fmt::format(
       "The model misses a part of the plant at the frequencies where {} differ: {}", where,
-      !box.empty() ? box : fmt::format("use it where an error of {:.2g} dB does not matter there.", gain_dB));
+      !box.empty() ? box
+                   : fmt::format("use it where an error of {} dB does not matter there.", ident::figure_text(gain_dB)));
 }
 
 Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
@@ -142,10 +143,10 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
   const std::optional<double> distortion = greatest_distortion_dB(*response);
   Remark remark;
   remark.seen = fmt::format(
-      "At the {} measured frequencies from {:.3g} to {:.3g} Hz, {} is within {:.2g} dB and {:.2g} "
+      "At the {} measured frequencies from {:.3g} to {:.3g} Hz, {} is within {} dB and {} "
       "deg of the measured response.",
       distance.lines, distance.lowest_Hz, distance.highest_Hz, reported.model.name + (has_map ? " with its map" : ""),
-      distance.gain_dB, distance.phase_deg);
+      ident::figure_text(distance.gain_dB), ident::figure_text(distance.phase_deg));
   remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
                             : " Distortion was not measured; an odd_random_multisine would.";
   remark.seen += median_sentence(*response);
@@ -167,9 +168,9 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
       distance.missed == 0
           ? "Nothing."
           : fmt::format(
-                "Use the model where an error of {:.2g} dB does not matter: what is left is small, but the "
+                "Use the model where an error of {} dB does not matter: what is left is small, but the "
                 "model's, not noise.",
-                distance.gain_dB);
+                ident::figure_text(distance.gain_dB));
   if (has_map) {
     remark.seen +=
         " The line is the linear part above the dead band, which no record shows alone; the squares are the same model "

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "daemon/record/manifest.hpp"
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
@@ -13,6 +14,8 @@
 
 namespace eha::report {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr double kMuchLarger = 1.5;          // error of the validation part over that of the other one
 constexpr double kNotCentred = 0.7;          // mean error of the validation part over its RMS value
@@ -23,8 +26,9 @@ struct Errors {
   double rms_estimating = 0.0;
   double rms_unseen = 0.0;
   double mean_unseen = 0.0;
-  double largest = 0.0;  ///< absolute
-  double largest_at_s = 0.0;
+  // Absolute, where it was estimated and on the unseen part.
+  double largest[2] = {0.0, 0.0};
+  double largest_at_s[2] = {0.0, 0.0};
 };
 
 Errors errors_of(const identify::FitTable& table, const identify::FitColumn& column, std::size_t estimating) {
@@ -39,9 +43,9 @@ Errors errors_of(const identify::FitTable& table, const identify::FitColumn& col
     squares[part] += error * error;
     ++counts[part];
     if (part == 1) sum += error;
-    if (std::abs(error) > errors.largest) {
-      errors.largest = std::abs(error);
-      errors.largest_at_s = table.time_s[i];
+    if (std::abs(error) > errors.largest[part]) {
+      errors.largest[part] = std::abs(error);
+      errors.largest_at_s[part] = table.time_s[i];
     }
   }
   const auto root_mean = [&](std::size_t part) {
@@ -71,16 +75,21 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   const Errors errors = errors_of(table, column, estimating);
   const auto [least, greatest] = std::minmax_element(table.measured.begin(), table.measured.end());
   const double range = *greatest - *least;
-  const double percent = range > 0.0 ? 100.0 * errors.largest / range : 0.0;
+  const double percent = range > 0.0 ? 100.0 * std::max(errors.largest[0], errors.largest[1]) / range : 0.0;
   const bool has_unseen = estimating < table.time_s.size();
   const auto error = [&](double value) { return ident::error_text(value, model.output_unit); };
   Remark remark;
-  remark.seen = fmt::format("The largest error of {} is {} at {:.4g} s{}, {:.2g} % of the measured range.", model.name,
-                            error(errors.largest), errors.largest_at_s,
-                            !has_unseen                                      ? ""
-                            : errors.largest_at_s < table.time_s[estimating] ? ", where it was estimated"
-                                                                             : ", on the unseen part",
-                            percent);
+  const auto largest = [&](int part) {
+    return fmt::format("{} at {:.4g} s", error(errors.largest[part]), errors.largest_at_s[part]);
+  };
+  // The box gives the error of the unseen part.
+  remark.seen = has_unseen ? fmt::format(
+                                 "The largest error of {} is {} on the unseen part, and {} where it was estimated; the "
+                                 "greater is {} % of "
+                                 "the measured range.",
+                                 model.name, largest(1), largest(0), ident::figure_text(percent))
+                           : fmt::format("The largest error of {} is {}, {} % of the measured range.", model.name,
+                                         largest(0), ident::figure_text(percent));
   if (has_unseen) {
     remark.seen += fmt::format(" Its RMS error is {} where it was estimated and {} on the unseen part.",
                                error(errors.rms_estimating), error(errors.rms_unseen));
@@ -137,9 +146,13 @@ Item of_record(const Subject& subject) {
                                  record.output_channel.unit, record.input.maxCoeff() - record.input.minCoeff(),
                                  record.input_channel.unit);
   item.remark.good = "The output moves through a large part of its travel and touches neither end.";
+  const Json& outcome = subject.part("outcome");
   item.remark.to_do = subject.part("experiment", "track").is_string()
                           ? "See `eha track` with this folder, correct what ended the trial, and try again."
-                          : "Fit it with `eha fit`, or correct what ended the run and record again.";
+                      : outcome.is_string() && record::is_whole(outcome.get<std::string>())
+                          ? "Fit it with `eha fit`."
+                          : "Correct what ended the run and record again. `eha fit` fits what was recorded until then, "
+                            "if it is enough.";
   return item;
 }
 

@@ -29,12 +29,6 @@ using nlohmann::ordered_json;
 /// Returns the score of a model's prediction: on samples that did not estimate it.
 const ident::Score* unseen_score(const Model& model) { return model.validation ? &model.validation->score : nullptr; }
 
-/// "99.82 %"; a share that only rounding makes whole is "above 99.99 %".
-std::string percent_text(double value) {
-  if (value < 100.0 && value >= 99.995) return "above 99.99 %";
-  return fmt::format("{:.2f} %", value);
-}
-
 /// The errors, and what they are of.
 std::string error_sentence(const Model& model) {
   const ident::Score* unseen = unseen_score(model);
@@ -55,8 +49,8 @@ std::string scores_sentence(const Model& model) {
   if (unseen == nullptr && !model.estimation) return {};
   const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
   return fmt::format(
-      "Fit {}, R2 {} {} (100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
-      percent_text(score.fit_percent), percent_text(score.r2_percent),
+      "Fit {} %, R2 {} % {} (100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
+      ident::percent_text(score.fit_percent), ident::percent_text(score.r2_percent),
       unseen != nullptr ? "on unseen samples" : "on the samples that estimated it");
 }
 
@@ -271,8 +265,11 @@ std::string without_models(const Subject& subject) {
                              subject.trial_changes.empty()
                                  ? " `eha track` with this folder says what the rod showed of the valve until then."
                                  : "")
-               : "Only completed runs are fitted automatically. The partial record is shown below; `eha fit` with this "
-                 "folder fits it.");
+      : !subject.record || subject.record->output.size() == 0
+          ? "The run ended before its first row: there is nothing to fit or to draw. Correct what ended it and record "
+            "again."
+          : "Correct what ended the run and record again. Only completed runs are fitted automatically: the partial "
+            "record is shown below; `eha fit` with this folder fits it, if it is enough.");
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
                          outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
@@ -295,9 +292,11 @@ std::string early_end(const Subject& subject) {
   const ordered_json& outcome = subject.part("outcome");
   if (!outcome.is_string() || record::is_whole(outcome.get<std::string>())) return {};
   const ordered_json& description = subject.part("report", "description");
-  return paragraph(fmt::format("The run did not complete ({}{}); the models are of the part that was recorded.",
-                               outcome.get<std::string>(),
-                               description.is_string() ? ": " + description.get<std::string>() : std::string()));
+  std::string end = description.is_string() ? description.get<std::string>() : std::string();
+  const std::string word = outcome.get<std::string>();
+  // "interrupted by a stop request" needs no "interrupted" before it.
+  if (!end.starts_with(word)) end = end.empty() ? word : word + ": " + end;
+  return paragraph(fmt::format("The run did not complete ({}); the models are of the part that was recorded.", end));
 }
 
 }  // namespace
@@ -350,23 +349,25 @@ Section models_section(const Subject& subject) {
   const auto number = [](const char* format, double value) {
     return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
   };
+  const auto percent = [](double value) {
+    return std::isfinite(value) ? ident::percent_text(value) : std::string("-");
+  };
   for (const ReportedModel& reported : subject.models) {
     const Model& model = reported.model;
     const ident::Score* unseen = unseen_score(model);
     const bool has_criterion = model.estimation && model.estimation->information;
-    rows.push_back({model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
-                    model.estimation ? number("{:.2f}", model.estimation->score.r2_percent) : "-",
-                    unseen != nullptr ? number("{:.2f}", unseen->r2_percent) : "-",
-                    unseen != nullptr ? number("{:.2f}", unseen->fit_percent) : "-",
-                    unseen != nullptr
-                        ? ident::error_figure(std::max(std::abs(unseen->error_min), std::abs(unseen->error_max)))
-                        : "-",
-                    has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
-                    has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
-                    !model.stability          ? "unknown"
-                    : model.stability->stable ? "yes"
-                                              : "no",
-                    model.verdict ? short_notes(*model.verdict) : ""});
+    rows.push_back(
+        {model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
+         model.estimation ? percent(model.estimation->score.r2_percent) : "-",
+         unseen != nullptr ? percent(unseen->r2_percent) : "-", unseen != nullptr ? percent(unseen->fit_percent) : "-",
+         unseen != nullptr ? ident::error_figure(std::max(std::abs(unseen->error_min), std::abs(unseen->error_max)))
+                           : "-",
+         has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
+         has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
+         !model.stability          ? "unknown"
+         : model.stability->stable ? "yes"
+                                   : "no",
+         model.verdict ? short_notes(*model.verdict) : ""});
   }
   const std::string unit = subject.models.front().model.output_unit;
   Item overview{.heading = ""};

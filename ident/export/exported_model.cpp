@@ -14,6 +14,7 @@
 #include "ident/fractional/simulate.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/grey_box_output.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::ident {
 namespace {
@@ -149,10 +150,10 @@ ExportedModel exported(const Model& model, const std::optional<FrequencyInterval
     out.error = measured(out.sections, g, used);
     if (!(out.error->gain_percent <= kMostGainError_percent && out.error->phase_deg <= kMostPhaseError_deg)) {
       throw ConfigError(fmt::format(
-          "transfer_function: the rational approximation is {:.2g} % and {:.2g} degrees off between {:.4g} and {:.4g} "
+          "transfer_function: the rational approximation is {} % and {} degrees off between {:.4g} and {:.4g} "
           "Hz, at most {:g} % and {:g} degrees are allowed; give a narrower --band LOW:HIGH",
-          out.error->gain_percent, out.error->phase_deg, used.lowest_Hz, used.highest_Hz, kMostGainError_percent,
-          kMostPhaseError_deg));
+          figure_text(out.error->gain_percent), figure_text(out.error->phase_deg), used.lowest_Hz, used.highest_Hz,
+          kMostGainError_percent, kMostPhaseError_deg));
     }
   }
   add_past(out.sections, model.past_input);

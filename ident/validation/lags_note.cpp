@@ -28,8 +28,8 @@ bool is_outside(const Correlation& correlation, int first_lag) {
 /// "0.0012 in rms, 0.15 % of the output's standard deviation"
 std::string scatter_text(const Model& model) {
   const Score& score = model.validation->score;
-  return fmt::format("{} rms, {:.2g} % of the output's standard deviation",
-                     error_text(std::sqrt(score.mse), model.output_unit), 100.0 - score.fit_percent);
+  return fmt::format("{} rms, {} % of the output's standard deviation",
+                     error_text(std::sqrt(score.mse), model.output_unit), figure_text(100.0 - score.fit_percent));
 }
 
 }  // namespace

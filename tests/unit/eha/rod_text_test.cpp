@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "daemon/eha/rehearsal_text.hpp"
+
 namespace eha::cli {
 namespace {
 
@@ -72,6 +74,12 @@ TEST(RodText, SaysWhyNothingIsKnown) {
   EXPECT_EQ(aligned(rod_lines(nullptr, DisplayUnit())), "rod      not read yet\n");
   EXPECT_EQ(aligned(rod_lines({{"error", "the rig cannot be read"}}, DisplayUnit())),
             "rod      the rig cannot be read\n");
+}
+
+TEST(DriftText, HasNoSignWithoutAFigure) {
+  EXPECT_EQ(drift_text(-0.00001, "in"), "does not drift");
+  EXPECT_EQ(drift_text(0.0, "in"), "does not drift");
+  EXPECT_EQ(drift_text(-0.0123, "in"), "drifts -0.0123 in/s");
 }
 
 }  // namespace

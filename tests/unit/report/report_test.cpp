@@ -403,6 +403,51 @@ TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
   EXPECT_EQ(page_of(ended).html.find("<details"), std::string::npos);
 }
 
+TEST(Page, SaysOnceThatARunWasInterruptedAndWhatToCorrectFirst) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "interrupted";
+  (*subject.manifest)["report"]["description"] = "interrupted by a stop request; the command was ramped out";
+  EXPECT_NE(page_of(subject).html.find("did not complete (interrupted by a stop request; the"), std::string::npos);
+  (*subject.manifest)["outcome"] = "faulted";
+  (*subject.manifest)["report"]["description"] = "travel_limit at 3 s";
+  EXPECT_NE(page_of(subject).html.find("did not complete (faulted: travel_limit at 3 s)"), std::string::npos);
+  Subject ended{.name = "run"};
+  ended.manifest = subject.manifest;
+  const std::string none = page_of(ended).html;
+  EXPECT_NE(none.find("The run ended before its first row"), std::string::npos) << none;
+  EXPECT_EQ(none.find("eha fit"), std::string::npos) << "nothing to fit";
+  ended.record.emplace();
+  ended.record->step_s = 0.1;
+  ended.record->input = ended.record->output = Eigen::VectorXd::LinSpaced(30, 0.0, 1.0);
+  const std::string part = page_of(ended).html;
+  EXPECT_LT(part.find("Correct what ended the run and record again."), part.find("eha fit"));
+}
+
+TEST(Page, NamesTheLargestErrorOfBothPartsApart) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.fit.models[0].simulated[10] = subject.fit.measured[10] - 0.5;
+  subject.fit.models[0].simulated[80] = subject.fit.measured[80] - 0.25;
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(
+      html.find("The largest error of io is 0.25 in at 3.2 s on the unseen part, and 0.5 in at 0.4 s where it was "
+                "estimated; the greater is "),
+      std::string::npos)
+      << html.substr(html.find("The largest error"), 200);
+}
+
+TEST(Page, DrawsTheRunnerUpWhereverItStandsInTheTable) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.models = {{model_named("a", ident::Grade::good, 99.0), "a.json"},
+                    {model_named("b", ident::Grade::usable, 99.0), "b.json"},
+                    {model_named("c", ident::Grade::rejected, 99.0), "c.json"}};
+  subject.has_recommendation = true;
+  subject.runner_up = "c";
+  ASSERT_EQ(subject.pictured().size(), 2U);
+  EXPECT_EQ(subject.pictured()[1]->model.name, "c");
+  EXPECT_NE(page_of(subject).html.find("the recommended model, a, and its runner-up, c, alone"), std::string::npos);
+}
+
 TEST(Page, SaysReasonsInFewWordsBeforeTheirFigures) {
   Subject subject = subject_of("run", ident::Grade::usable);
   subject.models[0].model.verdict->reasons = {
