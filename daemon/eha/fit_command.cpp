@@ -319,7 +319,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
   if (const auto next = identify::next_experiment_file(written)) {
-    console.next_step("eha run " + shell_word(next->string()));
+    const bool is_of_service =
+        source.run_folder && entry_of_run(*source.run_folder, control::default_socket()).is_object();
+    console.next_step(source.run_folder ? again_as_run(*source.run_folder, next->string(), is_of_service)
+                                        : "eha run " + shell_word(next->string()));
   } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_step(command, source, identification, written));
   }

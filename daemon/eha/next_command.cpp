@@ -14,6 +14,7 @@
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/following_warning.hpp"
+#include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/identification.hpp"
@@ -29,6 +30,17 @@
 namespace eha::cli {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// A path below the present folder without that folder.
+std::string short_path(const fs::path& file) {
+  std::error_code ignored;
+  const fs::path here = fs::proximate(file, ignored);
+  return here.empty() || here.begin()->string() == ".." ? file.string() : here.string();
+}
+
+}  // namespace
 
 std::string through(const std::filesystem::path& socket, std::string command) {
   if (socket != control::default_socket()) command += " --socket " + shell_word(socket.string());
@@ -86,12 +98,38 @@ std::optional<std::string> fit_of_run(const fs::path& folder) {
   }
 }
 
+bool has_rows(const fs::path& folder) {
+  try {
+    return record::read_run(folder).record.output.size() > 0;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+std::string again_as_run(const fs::path& folder, const std::string& experiment, bool asked_service) {
+  using Json = nlohmann::ordered_json;
+  RunCommand run;
+  const Json other = record::read_manifest(folder).other;
+  const auto text = [&](const char* place) {
+    const Json::json_pointer pointer(place);
+    return other.contains(pointer) && other.at(pointer).is_string() ? other.at(pointer).get<std::string>()
+                                                                    : std::string();
+  };
+  run.fast = text("/time_base") == "virtual";
+  run.local = run.fast || (text("/device/backend") == "sim" && !asked_service);
+  const fs::path file = text("/rig/file");
+  const std::optional<fs::path> usual = default_rig_file();
+  std::error_code ignored;
+  const bool is_usual = usual && fs::equivalent(file, *usual, ignored);
+  if (run.local && !is_usual && fs::is_regular_file(file, ignored)) run.rig_file = short_path(file);
+  if (run.local) run.output = short_path(fs::absolute(folder, ignored).parent_path());
+  return again(run, experiment);
+}
+
 std::string partial_record_text(const fs::path& folder) {
   const std::string place = fmt::format("the partial record is in {}", folder.string());
   if (const auto fit = fit_of_run(folder)) return fmt::format("{}; `{}` fits it", place, *fit);
-  try {
-    static_cast<void>(record::read_run(folder));
-  } catch (const Error&) {
+  if (!has_rows(folder)) {
     return fmt::format("the run ended before its first row; {} has its log alone", folder.string());
   }
   return fmt::format("{}; it is too short to fit, `eha plot {}` shows it", place, shell_word(folder.string()));

@@ -24,15 +24,24 @@ struct RunCommand;
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
-/// Returns the command that looks for the cause of a placing's trip on a local rig: `eha read`, which shows whether the sensor follows
-/// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
-/// `eha characterise`, which measures that.
+/// Returns the command that looks for the cause of a placing's trip on a local rig: `eha read`, which shows whether the
+/// sensor follows the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as
+/// [following] says, `eha characterise`, which measures that.
 /// @param fault  its name, such as "no_motion"
 [[nodiscard]] std::string next_after_trip(std::string_view fault, bool moves_machine);
 
 /// `eha fit RUN`, with --discard 0 if the record ends within the discarded time; nothing for a record that is too short
 /// to fit, or has no rows to fit. Reads the record.
 [[nodiscard]] std::optional<std::string> fit_of_run(const std::filesystem::path& folder);
+
+/// Whether a run has a row that can be read. False for a folder that this user may not read.
+[[nodiscard]] bool has_rows(const std::filesystem::path& folder);
+
+/// `eha run EXPERIMENT` as the run in the folder was played: --local, --fast and --rig for one of a simulated rig in
+/// this user's own process, as far as run.json says.
+/// @param asked_service  whether a service has the run
+[[nodiscard]] std::string again_as_run(const std::filesystem::path& folder, const std::string& experiment,
+                                       bool asked_service);
 
 /// "the partial record is in RUN; `eha fit RUN` fits it", or the reason why it cannot be fitted.
 [[nodiscard]] std::string partial_record_text(const std::filesystem::path& folder);

@@ -61,9 +61,12 @@ std::string verdict_of(const record::RunSummary& run) {
   if (run.models.empty()) return "not fitted";
   std::vector<std::string> accepted;
   for (const record::ModelEntry& model : run.models) {
+    if (model.name == run.recommended) {
+      return fmt::format("recommended: {} ({})", model.name, model.grade.empty() ? "accepted" : model.grade);
+    }
     if (model.accepted) accepted.push_back(model.name);
   }
-  return accepted.empty() ? "all rejected" : fmt::format("accepted: {}", fmt::join(accepted, ", "));
+  return accepted.empty() ? "all rejected" : fmt::format("none recommended; accepted: {}", fmt::join(accepted, ", "));
 }
 
 /// Writes the end of the loop and its counters.
@@ -218,6 +221,7 @@ std::string next_of(const RunsShowCommand& command, const record::Manifest& mani
   const bool is_fitted =
       record::purpose_of(manifest) == record::Purpose::models ||
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
+  if (!has_rows(command.run)) return "eha doctor";  // nothing to fit or to draw
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   return report_of_run(command.run, fit ? *fit : "eha plot " + run);
 }
@@ -282,7 +286,9 @@ ExitCode execute(const RunsRecoverCommand& command, Console& console) {
   }
   if (runs.empty()) console.print(fmt::format("no torn runs in {}", command.target.string()));
   console.print_json(document);
-  if (!runs.empty() && code == ExitCode::ok) console.next_step("eha fit " + shell_word(runs.front().string()));
+  if (!runs.empty() && code == ExitCode::ok) {
+    if (const auto fit = fit_of_run(runs.front())) console.next_step(*fit);
+  }
   return code;
 }
 

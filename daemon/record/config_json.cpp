@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/config_json.hpp"
 
+#include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <variant>
 
@@ -62,6 +64,9 @@ Json to_json(const config::RigConfig& rig) {
   const hal::Conversion conversion = hal::conversion_of(rig.backend);
   json["calibration"] = {{"scale_in_per_V", conversion.scale_in_per_V}, {"offset_in", conversion.offset_in}};
   if (!conversion.calibration_date.empty()) json["calibration"]["date"] = conversion.calibration_date;
+  std::error_code ignored;
+  const std::filesystem::path file = std::filesystem::absolute(rig.file_name, ignored);
+  json["file"] = ignored || rig.file_name.empty() ? Json(nullptr) : Json(file.string());
   json["text"] = rig.text;
   return json;
 }

@@ -24,6 +24,9 @@ RunSummary summary_of(const std::string& folder, const Manifest& manifest) {
                      .outcome = std::string(outcome_text(manifest)),
                      .purpose = purpose_of(manifest),
                      .models = models_of(manifest)};
+  if (manifest.identification && manifest.identification->recommendation) {
+    summary.recommended = manifest.identification->recommendation->model;
+  }
   const Json::json_pointer cause("/report/fault/cause");
   if (manifest.other.contains(cause) && manifest.other.at(cause).is_string()) summary.fault = manifest.other.at(cause);
   const auto tick_s = manifest.other.find("sample_period_s");
@@ -57,7 +60,8 @@ Json to_json(const RunSummary& summary) {
           {"fault", summary.fault.empty() ? Json(nullptr) : Json(summary.fault)},
           {"purpose", name_in(kPurposes, summary.purpose)},
           {"recorded_s", summary.recorded_s},
-          {"models", to_json(summary.models)}};
+          {"models", to_json(summary.models)},
+          {"recommended", summary.recommended.empty() ? Json(nullptr) : Json(summary.recommended)}};
 }
 
 RunSummary summary_from_json(Json json, const std::string& source) {
@@ -68,6 +72,9 @@ RunSummary summary_from_json(Json json, const std::string& source) {
     summary.purpose = value_in(kPurposes, json.value("purpose", "")).value_or(Purpose::models);
     summary.recorded_s = json.value("recorded_s", 0.0);
     summary.models = models_from_json(json.at("models"), source + ": models");
+    if (const auto name = json.find("recommended"); name != json.end() && name->is_string()) {
+      summary.recommended = *name;
+    }
     return summary;
   } catch (const Json::exception& error) {
     throw DataError(source + ": " + error.what());

@@ -17,6 +17,7 @@ struct RunSummary {
   Purpose purpose = Purpose::models;  ///< purpose of the run
   double recorded_s = 0.0;            ///< from the first to the last tick; 0: not known
   std::vector<ModelEntry> models = {};
+  std::string recommended = {};  ///< name of the recommended model; empty where none is
 };
 
 [[nodiscard]] RunSummary summary_of(const std::string& folder, const Manifest& manifest);
@@ -25,7 +26,8 @@ struct RunSummary {
 /// experiment was recorded. Empty for the others, and for one whose length run.json does not tell.
 [[nodiscard]] std::string reason_against_latest(const Manifest& manifest);
 
-/// {"folder", "outcome", "fault", "purpose", "recorded_s", "models"}; fault is null without one.
+/// {"folder", "outcome", "fault", "purpose", "recorded_s", "models", "recommended"}; fault and recommended are null
+/// without one.
 [[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
 /// Gives members that an earlier version left out their defaults. @throws DataError  names `source`
 [[nodiscard]] RunSummary summary_from_json(nlohmann::ordered_json json, const std::string& source);

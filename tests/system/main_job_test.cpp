@@ -164,11 +164,30 @@ TEST_F(MainJob, BehindAValveMapFindsTheSimulatedValve) {
   EXPECT_GE(json::parse(validated.out).at("model").at("validation").at("fit_percent").get<double>(), 99.0);
 }
 
+TEST(FitOfARun, NamesTheNextExperimentWithTheOptionsOfTheRun) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
+  folder.write("weak.toml",
+               "schema = 1\nname = \"weak\"\nduration_s = 20.0\n[excitation]\nkind = \"multisine\"\noffset_V = -0.2\n"
+               "tones = [{ frequency_Hz = 0.2, amplitude_V = 0.05, phase_rad = 1.9 }]\n"
+               "[record]\ndiscard_s = 5.0\ndecimation = 40\n");
+  const Ended ran =
+      run_eha({"run", "weak.toml", "--local", "--fast", "--rig", "rig.toml", "--output", "weak"}, folder.path());
+  const std::string options = "next_experiment.toml --local --fast --rig rig.toml --output weak\n";
+  ASSERT_NE(ran.out.find(options), std::string::npos) << ran.out << ran.err;
+  std::string run;
+  for (const auto& entry : fs::directory_iterator(folder.path() / "weak")) {
+    if (!entry.is_symlink()) run = "weak/" + entry.path().filename().string();
+  }
+  const Ended fitted = run_eha({"fit", run}, folder.path());
+  EXPECT_NE(fitted.out.find(options), std::string::npos) << fitted.out << fitted.err;
+}
+
 TEST_F(MainJob, IsListedAndShown) {
   const Ended list = run_eha({"runs", "list", "runs"}, folder_->path());
   EXPECT_EQ(list.code, 0) << list.err;
   EXPECT_NE(list.out.find(run_folder().filename().string()), std::string::npos);
-  EXPECT_NE(list.out.find("accepted: "), std::string::npos);
+  EXPECT_NE(list.out.find("recommended: "), std::string::npos) << list.out;
   const Ended show = run_eha({"runs", "show", "runs/latest", "--json"}, folder_->path());
   EXPECT_EQ(show.code, 0) << show.err;
   EXPECT_EQ(json::parse(show.out).at("outcome"), "completed");

@@ -35,6 +35,16 @@ TEST(RunSummary, TakesTheLengthOfARecoveredRunFromItsRows) {
   EXPECT_EQ(summary.purpose, Purpose::models);
 }
 
+TEST(RunSummary, NamesTheRecommendedModel) {
+  Json run = Json::parse(R"({"schema": "eha-run/1", "outcome": "completed", "identification": {"models": [],
+      "recommendation": {"model": "io", "reason": "the only one", "runner_up": null}}})");
+  const Json json = to_json(summary_of("/runs/d", manifest_from_json(run, "run.json")));
+  EXPECT_EQ(json.at("recommended"), "io");
+  EXPECT_EQ(summary_from_json(json, "answer").recommended, "io");
+  run["identification"]["recommendation"]["model"] = nullptr;
+  EXPECT_TRUE(to_json(summary_of("/runs/d", manifest_from_json(run, "run.json"))).at("recommended").is_null());
+}
+
 TEST(RunSummary, ReadsAnAnswerOfAnEarlierVersionAndRefusesOneWithoutAFolder) {
   const Json earlier{{"folder", "/runs/c"}, {"outcome", "completed"}, {"models", Json::array()}};
   EXPECT_DOUBLE_EQ(summary_from_json(earlier, "answer").recorded_s, 0.0);
