@@ -242,6 +242,13 @@ std::string why_unfit(const ident::Model& model) {
   return why;
 }
 
+/// Whether a model leaves more of its own record over than it explains: beside it another one that is as bad does not
+/// hold.
+bool explains_little(const ident::Model& model) {
+  constexpr double kLittle_percent = 50.0;  // of R2
+  return !(model.estimation->score.r2_percent >= kLittle_percent);
+}
+
 /// Makes a comparison claim nothing.
 void claim_no_change(ident::PlantChange& change) {
   change.changed = false;
@@ -268,7 +275,7 @@ std::optional<Unfit> unfit_of(const ident::Model& before, const ident::Model& af
 }
 
 bool first_model_holds(const ComparedRun& run) {
-  return run.first_model_error <= ident::kGreatestErrorOverRefit * run.left_over.after;
+  return !run.unfit && run.first_model_error <= ident::kGreatestErrorOverRefit * run.left_over.after;
 }
 
 RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
@@ -304,7 +311,9 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
-    if (!first_model_holds(comparison.runs[i])) {
+    const bool says_little =
+        explains_little(comparison.runs.front().fit.model) || explains_little(comparison.runs[i].fit.model);
+    if (says_little || !first_model_holds(comparison.runs[i])) {
       comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);

@@ -45,7 +45,7 @@ struct ComparedRun {
 };
 
 /// Whether the first run's model describes a run: errs at most ident::kGreatestErrorOverRefit times as much as the one
-/// fitted to that run.
+/// fitted to that run, and no model of the two is unfit.
 [[nodiscard]] bool first_model_holds(const ComparedRun& run);
 
 /// Returns which of two models, each fitted to its own record, does not describe it: rejected for more than parameters
