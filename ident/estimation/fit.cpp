@@ -16,6 +16,7 @@
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/sub_structures.hpp"
 #include "ident/estimation/valve_starts.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
@@ -190,8 +191,9 @@ FitResult fit(const Record& record, const StructureOptions& wanted, const FitOpt
 
 ValidationReport validate(const Model& model, const Record& record, const FitOptions& options) {
   const Comparison comparison = whole_comparison(record, options);
+  OutputOnRecord outputs(record, comparison);
   FitResult result;
-  result.model = without_past(model);
+  result.model = begun_on(without_past(model), outputs);
   fill_validation(result, record, comparison, Effects::include);
   return *result.model.validation;
 }
@@ -199,7 +201,7 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
 OutputOfModel output_of(const Model& model, const Record& record, const FitOptions& options) {
   const Comparison comparison = whole_comparison(record, options);
   OutputOnRecord outputs(record, comparison);
-  const Model scored = without_past(model);
+  const Model scored = begun_on(without_past(model), outputs);
   const ModelOutput output = outputs.of(scored);
   OutputOfModel of{.time_s = row_times(record, comparison.first, comparison.every, comparison.count),
                    .measured = picked(record.output, comparison),

@@ -61,8 +61,9 @@ using FitProgress = std::function<void(double share, const std::string& structur
                             const Executor& executor = run_in_order, const std::vector<Model>& known = {},
                             const FitProgress& progress = {});
 
-/// Scores a model on a record it has not seen, without its past input: bias kept, initial_output (and initial_state) as
-/// stored in `score` and estimated anew in `offset_reestimated`.
+/// Scores a model on a record it has not seen, without its past input: initial_output (and initial_state) as stored in
+/// `score` and estimated anew in `offset_reestimated`. The bias is kept, but for one that is the level before the first
+/// row: begun_on().
 [[nodiscard]] ValidationReport validate(const Model& model, const Record& record, const FitOptions& options);
 
 /// The compared rows of a record beside a model's output, of one length.

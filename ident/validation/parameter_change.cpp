@@ -9,6 +9,7 @@
 
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/statistics/distributions.hpp"
 
 namespace eha::ident {
@@ -30,6 +31,12 @@ double degrees_of_freedom(const Model& model) {
 bool is_of_plant(ParameterRole role) {
   return role != ParameterRole::initial_output && role != ParameterRole::initial_state &&
          role != ParameterRole::past_input;
+}
+
+/// Whether the constant part of the input is that of the level before each record's first row.
+bool is_level_before(ParameterRole role, const Model& before, const Model& after) {
+  if (role == ParameterRole::input_bias) return comes_to_rest(before) && comes_to_rest(after);
+  return role == ParameterRole::valve_null && has_straight_map(before) && has_straight_map(after);
 }
 
 bool is_of_map(ParameterRole role) {
@@ -84,6 +91,7 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
     const auto other = std::find_if(after.parameters.begin(), after.parameters.end(),
                                     [&](const ParameterEstimate& q) { return q.name == p.name; });
     if (other == after.parameters.end() || !is_of_plant(p.role) || (p.fixed && other->fixed)) continue;
+    if (is_level_before(p.role, before, after)) continue;
     const double std = std::hypot(p.std, other->std);
     if (!std::isfinite(std)) {
       change.undetermined.push_back(p.name);

@@ -28,7 +28,8 @@ struct PlantChange {
   bool changed = false;                     ///< at least one parameter changed
 };
 
-/// Compares the parameters of the plant (not those of the record's start) that both models estimated.
+/// Compares the parameters of the plant (not those of the record's start) that both models estimated. Among the latter
+/// are input_bias of models that come to rest, and the null of such with a straight map: comes_to_rest().
 /// The intervals are joint: the probability that any of them excludes 0 although nothing changed is at most `level`
 /// (Bonferroni). Each uses Student's t with the fewer effective samples of the two models. For a model that was fitted
 /// with a noise model every sample is effective, because its whitened residual is independent. Standard errors of

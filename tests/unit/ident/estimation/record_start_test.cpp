@@ -10,6 +10,8 @@
 #include "core/error.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/model/model_output.hpp"
+#include "ident/structure/structures.hpp"
+#include "ident/validation/parameter_change.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -228,6 +230,69 @@ TEST(Fit, FreesTheBiasBesideAnInitialStateWhenTheOffsetIsHeld) {
   const Model model = fit(record_of(truth, 0.02, 0.0, 1), integrator, {}).model;
   EXPECT_NEAR(model.input_bias, 0.3, 1e-4);
   EXPECT_NEAR(value(model, "K"), 2.0, 1e-3);
+}
+
+/// Random levels, held for half a second each, to a lag of 0.18 s with a dead time of 40 ms, at rest at the first one.
+/// @param plant_gain  [output unit per input unit]
+Record levels_of_a_positioner(std::uint64_t seed, double plant_gain) {
+  std::mt19937_64 generator(seed);
+  Model plant = fractional(0.0, 2.0, 1.0, 1.0 / 0.18, plant_gain / 0.18);
+  plant.transfer_function.denominator.erase(plant.transfer_function.denominator.begin());
+  plant.transfer_function.delay_s = 0.04;
+  Record record;
+  record.step_s = 0.01;
+  record.input.resize(1500);
+  for (Eigen::Index k = 0; k < record.input.size(); ++k) {
+    record.input[k] = k % 50 == 0 ? 15.0 + 70.0 * uniform(generator) : record.input[k - 1];
+  }
+  plant.input_bias = -record.input[0];
+  plant.initial_output = plant_gain * record.input[0];
+  record.output = simulate(plant, record.input, record.step_s);
+  for (double& y : record.output) y += 0.05 * normal(generator);
+  return record;
+}
+
+TEST(AnotherRecord, BeginsAtItsOwnLevelWithADeadTime) {
+  for (const bool behind_valve : {false, true}) {
+    StructureOptions asked = asked_for(structures::io({1, 0}));
+    asked.structure.delay.freedom = Freedom::free;
+    if (behind_valve) asked.structure = structures::behind_valve(std::move(asked.structure));
+    FitOptions options;
+    options.intervals = IntervalMethod::straight;
+    options.split = 1.0;
+    const Record first = levels_of_a_positioner(1, 1.5);
+    const Record second = levels_of_a_positioner(2, 1.5);
+    ASSERT_GT(std::abs(first.input[0] - second.input[0]), 5.0);
+    const Model model = fit(first, asked, options).model;
+    const ValidationReport there = validate(model, second, options);
+    EXPECT_LT(std::sqrt(there.score.mse), 0.06) << behind_valve;
+    EXPECT_LT(std::sqrt(there.offset_reestimated->mse), 0.06) << behind_valve;
+    const OutputOfModel output = output_of(model, second, options);
+    EXPECT_LT((output.measured - output.simulated).cwiseAbs().maxCoeff(), 0.4) << behind_valve;
+    const PlantChange change = compare_parameters(model, fit(second, asked, options).model, 0.01);
+    EXPECT_FALSE(change.changed) << change.parameters.front().name;
+    // A plant that changed is still told.
+    const Record other = levels_of_a_positioner(3, 1.45);
+    EXPECT_GT(std::sqrt(validate(model, other, options).offset_reestimated->mse), 0.5) << behind_valve;
+    EXPECT_TRUE(compare_parameters(model, fit(other, asked, options).model, 0.01).changed) << behind_valve;
+  }
+}
+
+TEST(AnotherRecord, KeepsTheBiasOfAPlantThatIntegrates) {
+  Model model;
+  model.transfer_function = {{{0.5, 0.0}}, {{0.1, 2.0}, {1.0, 1.0}}, 0.02};
+  model.input_bias = 0.3;
+  const Record record = record_of(model, 0.02, 0.001, 1);
+  FitOptions options;
+  options.intervals = IntervalMethod::straight;
+  StructureOptions asked = asked_for(structure_family("integrator_lag").make({}));
+  asked.structure.delay.freedom = Freedom::free;
+  const Model fitted = fit(record, asked, options).model;
+  model.input_bias = 0.4;
+  const Record other = record_of(model, 0.02, 0.001, 2);
+  const PlantChange change = compare_parameters(fitted, fit(other, asked, options).model, 0.01);
+  ASSERT_TRUE(change.changed);
+  EXPECT_EQ(change.parameters.front().name, "input_bias");
 }
 
 }  // namespace
