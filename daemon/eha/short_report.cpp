@@ -37,7 +37,7 @@ using ident::Score;
 constexpr std::size_t kWidth = 80;
 constexpr std::size_t kLabel = 16;  // columns before the text of a line
 constexpr std::size_t kMostReasons = 3;
-constexpr double kAlike = 1.05;  // factor between errors that are alike
+constexpr double kAlike = 0.1;  // difference of errors that are alike, share
 // Least change of the fit by a new offset that is reported [%].
 constexpr double kSameFit = 0.1;
 
@@ -169,7 +169,16 @@ std::ptrdiff_t estimated_count(const Model& model) {
   return std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) { return !p.fixed; });
 }
 
-/// "the simplest of the 5 models of 14 that describe the record; the runner-up, lag, errs 1.3 times as much".
+/// "errs as little", or "errs 0.55 times as much on unseen data".
+std::string errs_beside(const Model& other, const Model& chosen) {
+  const double factor = std::sqrt(ident::shown_mse(other) / ident::shown_mse(chosen));
+  if (std::abs(factor - 1.0) <= kAlike) return "errs as little";
+  return fmt::format("errs {} times as much{}", ident::figure_text(factor),
+                     has_unseen(chosen) ? " on unseen data" : "");
+}
+
+/// "the simplest of the 5 models of 14 that describe the record; the runner-up, lag, errs 1.3 times as much
+/// on unseen data".
 /// @param models  of which `chosen` is one
 std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
                       const ident::Recommendation& recommendation) {
@@ -198,10 +207,8 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
   });
   if (is_only_one) text += "; the checks let no other one pass";
   if (next != nullptr) {
-    const double factor = std::sqrt(ident::shown_mse(*next) / ident::shown_mse(chosen));
     const std::string word = next->verdict && next->verdict->accepted ? "" : fmt::format(" ({})", grade_text(*next));
-    text += fmt::format("; the runner-up, {}{}, errs {}", next->name, word,
-                        factor < kAlike ? "as little" : ident::figure_text(factor) + " times as much");
+    text += fmt::format("; the runner-up, {}{}, {}", next->name, word, errs_beside(*next, chosen));
   }
   if (alike > 1 && recommendation.is_unclear) text += "; " + unclear_choice(recommendation);
   return text;

@@ -85,8 +85,9 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   const std::string text = short_report(answer, {});
   EXPECT_EQ(text.find("AR-BIC"), std::string::npos) << text;
   const std::string chosen = chosen_in(text);
-  EXPECT_NE(chosen.find("the simplest of the 2 models, of 3, that describe the record; the runner-up, next, errs 1.3 "
-                        "times as much; this record hardly tells fo from next, that is, a lag from a dead time"),
+  EXPECT_NE(chosen.find(
+                "the simplest of the 2 models, of 3, that describe the record; the runner-up, next, errs 1.3 "
+                "times as much on unseen data; this record hardly tells fo from next, that is, a lag from a dead time"),
             std::string::npos)
       << chosen;
   EXPECT_NE(text.find("The first one; do this."), std::string::npos) << text;
@@ -94,6 +95,21 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   EXPECT_NE(recommendation_text(answer, {}).find("AR-BIC of -5552.1"), std::string::npos) << "-v and the report";
   for (std::size_t i : {1U, 2U}) answer.models[i].verdict->accepted = false;
   EXPECT_NE(chosen_in(short_report(answer, {})).find("; the checks let no other one pass"), std::string::npos);
+}
+
+TEST(ShortReport, SaysThatTheNextBestErrsLessWhereItDoes) {
+  Answer answer = answer_with("");
+  answer.models[0].validation->score.mse = 0.01;
+  answer.models.push_back(answer.models[0]);
+  answer.models.back().name = "next";
+  for (ident::Model& model : answer.models) model.verdict->accepted = true;
+  const auto says = [&](double factor) {
+    answer.models.back().validation->score.mse = 0.01 * factor * factor;
+    return chosen_in(short_report(answer, {}));
+  };
+  EXPECT_NE(says(0.55).find("next, errs 0.55 times as much on unseen data"), std::string::npos) << says(0.55);
+  EXPECT_NE(says(1.2).find("next, errs 1.2 times as much on unseen data"), std::string::npos) << says(1.2);
+  for (const double alike : {0.91, 1.09}) EXPECT_NE(says(alike).find("next, errs as little"), std::string::npos);
 }
 
 TEST(ShortReport, CallsAnAcceptedModelOutdoneThatTheRecommendedOneBeatsClearly) {
