@@ -29,6 +29,7 @@
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
+#include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
@@ -316,6 +317,14 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
+  if (const auto other = identify::exchanged_fit(source, task, identification)) {
+    console.warning(fmt::format(
+        "input and output may be exchanged: no model passes its checks, and the other way round {} has a validation R2 "
+        "of {:.1f} %",
+        other->name, other->r2_percent));
+    console.next_step(importer::command_with(command.import, command.source, source.exchange));
+    return code;
+  }
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
   if (const auto next = identify::next_experiment_file(written)) {

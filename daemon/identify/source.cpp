@@ -89,6 +89,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                       "correct the header",
                       channel.unit, channel.name, meant));
     }
+    source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
     source.without_gaps = imported.without_gaps;
     source.repairs = std::move(imported.repairs);

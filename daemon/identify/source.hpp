@@ -30,6 +30,7 @@ struct Source {
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
+  std::string exchange = {};              ///< of a file: the options that exchange input and output
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
   importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each

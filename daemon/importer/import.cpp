@@ -387,18 +387,17 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   // A plain record without units has nothing but the order of its columns either.
   const bool is_without_units = record.input_channel.unit.empty() && record.output_channel.unit.empty();
   const std::string why =
-      roles.by_order || (own && is_without_units)
-          ? why_exchanged({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()})
-          : std::string();
-  if (!why.empty()) {
-    imported.remarks.push_back(fmt::format(
-        "{}: input and output {}may be exchanged: {}; the other way round: `{}`", path.string(),
-        options.input || options.output ? "" : "are taken by their order, and ", why,
-        command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1))));
+      why_exchanged({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()});
+  imported.exchange = fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1);
+  if (!why.empty() && (roles.by_order || (own && is_without_units))) {
+    imported.remarks.push_back(fmt::format("{}: input and output {}may be exchanged: {}; the other way round: `{}`",
+                                           path.string(),
+                                           options.input || options.output ? "" : "are taken by their order, and ", why,
+                                           command_with(options, path, imported.exchange)));
   }
   OutputFindings findings =
       findings_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
-                         imported.held, record.start_s, record.step_s);
+                         imported.held, record.start_s, record.step_s, !why.empty());
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
   imported.cut = findings.cut;
   imported.without_gaps =

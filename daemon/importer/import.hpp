@@ -32,6 +32,7 @@ struct Imported {
   std::string guess = {};  ///< what was guessed, in one line; empty for a record as eha-record(5) describes it
   std::vector<std::string> remarks =
       {};                       ///< for a person to look at: exchanged columns, a sensor at its end; a sentence each
+  std::string exchange = {};    ///< "--input 3 --output 2": the options that exchange input and output
   Cut cut = {};                 ///< what the remarks on the output ask to keep
   Cut without_gaps = {};        ///< the longest part without a gap that was filled
   bool is_closed_loop = false;  ///< a set point stood beside input and output

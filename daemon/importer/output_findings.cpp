@@ -424,11 +424,12 @@ std::pair<std::size_t, std::size_t> longest_part_without(const std::vector<std::
 }
 
 OutputFindings findings_on_output(const std::vector<double>& input, const std::vector<double>& output,
-                                  const std::vector<std::size_t>& filled, double start_s, double step_s) {
+                                  const std::vector<std::size_t>& filled, double start_s, double step_s,
+                                  bool may_be_exchanged) {
   OutputFindings findings;
   std::vector<std::string>& remarks = findings.remarks;
   if (output.size() < kFewestRows) return findings;
-  if (const auto held = held_rows(output)) {
+  if (const auto held = may_be_exchanged ? std::nullopt : held_rows(output)) {
     const double held_s = static_cast<double>(*held) * step_s;
     remarks.push_back(fmt::format(
         "the output changes only every {} rows, {:.3g} s: the sensor is read more slowly than the record has "

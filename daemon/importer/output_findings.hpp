@@ -62,8 +62,10 @@ struct OutputFindings {
 /// for long while the input moves), and gaps that were filled, behind which an integrating rod is shifted.
 /// @param input  of equal length
 /// @param filled  rows whose input was not measured, ascending
+/// @param may_be_exchanged  with the input: a command keeps its values as a sensor that is read slowly does
 [[nodiscard]] OutputFindings findings_on_output(const std::vector<double>& input, const std::vector<double>& output,
-                                                const std::vector<std::size_t>& filled, double start_s, double step_s);
+                                                const std::vector<std::size_t>& filled, double start_s, double step_s,
+                                                bool may_be_exchanged = false);
 
 /// The longest part without a filled gap of more than a few rows. @param filled  ascending
 [[nodiscard]] Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count, double start_s,

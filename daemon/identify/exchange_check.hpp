@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "daemon/identify/identification.hpp"
+
+namespace eha::identify {
+
+/// A model of a record with input and output exchanged.
+struct ExchangedFit {
+  std::string name;         ///< "io1"
+  double r2_percent = 0.0;  ///< of the validation part
+};
+
+/// Whether input and output of a file may be exchanged: no model of it is accepted, and the other way round one of the
+/// simplest has an R2 above 90 %, and above that of every model as given. None for a run, whose columns are known, and
+/// where all samples estimate.
+/// Cost: two fits of two or three parameters to a few thousand samples.
+[[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
+                                                        const Identification& identification);
+
+}  // namespace eha::identify
