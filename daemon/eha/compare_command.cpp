@@ -45,9 +45,9 @@ Examples:
   eha compare models/io.json models/fo.json record.csv -o bode.svg)";
 
 struct CompareCommand {
-  std::vector<std::string> sources;                           ///< run folders and records, or model files (.json)
-  ident::Intersample intersample = ident::Intersample::held;  ///< of files
-  std::optional<std::filesystem::path> output = {};           ///< report (.html), or picture of the Bode plots
+  std::vector<std::string> sources;                    ///< run folders and records, or model files (.json)
+  std::optional<ident::Intersample> intersample = {};  ///< of files
+  std::optional<std::filesystem::path> output = {};    ///< report (.html), or picture of the Bode plots
 };
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
@@ -117,9 +117,20 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<ident::Model> models;
   for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
   std::vector<identify::Source> sources;
+  // Of models: whose input was straight between the rows, and the record so.
+  std::vector<bool> takes_straight;
+  std::optional<identify::Source> straight;
   for (const std::string& record : records) {
     sources.push_back(identify::load_source(record, {}, {}, console.progress_callback()));
     if (command.intersample == ident::Intersample::straight) identify::take_input_as_straight(sources.back());
+    if (command.intersample || files.empty() || sources.back().run_folder) continue;
+    const auto is_straight = [&](const ident::Model& model) {
+      return intersample_for({}, model, console) == ident::Intersample::straight;
+    };
+    for (const ident::Model& model : models) takes_straight.push_back(is_straight(model));
+    if (std::find(takes_straight.begin(), takes_straight.end(), true) == takes_straight.end()) continue;
+    straight = sources.back();
+    identify::take_input_as_straight(*straight);
   }
   console.end_progress();
   warn_of_one_run_twice(sources, console);
@@ -151,8 +162,12 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     runs = converted(found, unit);
     shown = described(*runs, sources);
   } else if (!sources.empty()) {
-    std::vector<identify::ScoredModel> scored = without_own_record(
-        identify::score_models(models, sources.front(), console.progress_callback()), models, sources.front());
+    std::vector<const identify::Source*> each(models.size(), &sources.front());
+    for (std::size_t i = 0; straight && i < each.size(); ++i) {
+      if (takes_straight[i]) each[i] = &*straight;
+    }
+    std::vector<identify::ScoredModel> scored =
+        without_own_record(identify::score_models(models, each, console.progress_callback()), models, sources.front());
     console.end_progress();
     document = described(scored, models, files, sources.front()).document;
     for (std::size_t i = 0; i < scored.size(); ++i) scored[i] = converted(scored[i], unit, models[i].output_unit);

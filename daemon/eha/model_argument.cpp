@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -55,6 +56,18 @@ std::string record_of(const ident::Model& model) {
 bool is_one_record(const std::string& a, const std::string& b) {
   std::error_code ignored;
   return !a.empty() && (a == b || std::filesystem::equivalent(a, b, ignored));
+}
+
+ident::Intersample intersample_for(const std::optional<ident::Intersample>& given, const ident::Model& model,
+                                   const Console& console) {
+  if (given) return *given;
+  const ident::Intersample own = identify::intersample_of(model);
+  if (own == ident::Intersample::straight) {
+    console.info(fmt::format(
+        "the input is taken as straight lines between its rows, as {} was estimated (--intersample zoh: as held)",
+        model.name));
+  }
+  return own;
 }
 
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "daemon/eha/console.hpp"
 #include "daemon/identify/source.hpp"
 #include "ident/model/model.hpp"
+#include "ident/signal/intersample.hpp"
 
 namespace eha::cli {
 
@@ -21,6 +23,11 @@ namespace eha::cli {
 
 /// Whether two names are of one record: a file, or the folder of a run. False for an empty name.
 [[nodiscard]] bool is_one_record(const std::string& a, const std::string& b);
+
+/// What the input does between its rows: as the option says, else as it was taken for the model, which is said in a
+/// line.
+[[nodiscard]] ident::Intersample intersample_for(const std::optional<ident::Intersample>& given,
+                                                 const ident::Model& model, const Console& console);
 
 /// Warns if a model was estimated from the same run that it is now judged by: that says nothing about the rig of today.
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console);

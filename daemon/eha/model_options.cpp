@@ -228,11 +228,17 @@ void add_record_options(CLI::App& app, RecordOptions& record) {
   add_intersample_option(app, record.intersample);
 }
 
-void add_intersample_option(CLI::App& app, ident::Intersample& intersample) {
-  add_choice(
-      app, "--intersample", intersample, kIntersample,
-      "The input of a file between its rows: zoh, held as a controller's output (default); foh, in straight lines as a "
-      "signal that was sampled");
+void add_intersample_option(CLI::App& app, std::optional<ident::Intersample>& intersample) {
+  add_choice(app, "--intersample", intersample, kIntersample,
+             "The input of a file between its rows: zoh, held as a controller's output; foh, in straight lines as a "
+             "signal that was sampled (default: as a given model was estimated, else zoh)");
+}
+
+std::string intersample_words(const std::optional<ident::Intersample>& given) {
+  if (!given) return {};
+  const auto at = std::find_if(kIntersample.begin(), kIntersample.end(),
+                               [&](const auto& choice) { return choice.value == *given; });
+  return fmt::format(" --intersample {}", at->name);
 }
 
 std::vector<StructureOptions> structures_for(const ModelOptions& options,

@@ -22,14 +22,17 @@ struct RecordOptions {
   std::optional<double> discard_s = {};
   std::optional<double> split = {};
   std::optional<double> input_before = {};
-  ident::Intersample intersample = ident::Intersample::held;
+  std::optional<ident::Intersample> intersample = {};  ///< none: as the model says, else held
 };
 
 /// Adds --decimate, --discard and --intersample.
 void add_record_options(CLI::App& app, RecordOptions& record);
 
 /// Adds --intersample alone.
-void add_intersample_option(CLI::App& app, ident::Intersample& intersample);
+void add_intersample_option(CLI::App& app, std::optional<ident::Intersample>& intersample);
+
+/// " --intersample foh" for a command that is offered after one with that option; empty without it.
+[[nodiscard]] std::string intersample_words(const std::optional<ident::Intersample>& given);
 
 /// Options on the models to fit.
 struct ModelOptions {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
 #include <string>
 
 #include "core/os/files.hpp"
@@ -9,19 +11,24 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/model_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/model/record_start.hpp"
+#include "ident/signal/intersample.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr const char* kSimulateFooter = R"(
-INPUT is a file as for `eha fit`; of several columns the one in the model's unit is the input, held between samples.
+INPUT is a file as for `eha fit`; of several columns the one in the model's unit is the input, held between samples,
+or straight where the model was estimated so.
 An input in another unit is refused. The output is time_s and the model's output.
+A model that comes to rest at a constant input begins at rest at the first value of another record's input.
 MODEL needs only `transfer_function`; input_map, input_bias, initial_output and units are used if given. Methods:
   exact  exact for a held input; stable models only
   gl1    Grunwald-Letnikov, first order, as in the paper
@@ -37,11 +44,55 @@ struct SimulateCommand {
   importer::Options import = {};
   std::optional<std::filesystem::path> output = {};  ///< none: standard output
   ident::SimulationMethod method = ident::SimulationMethod::exact;
+  std::optional<ident::Intersample> intersample = {};
+  std::optional<double> input_before = {};
 };
 
 constexpr std::array kMethods{Choice<ident::SimulationMethod>{"exact", ident::SimulationMethod::exact},
                               Choice<ident::SimulationMethod>{"gl1", ident::SimulationMethod::gl1},
                               Choice<ident::SimulationMethod>{"cq2", ident::SimulationMethod::cq2}};
+
+/// Whether the level before the first row was estimated, as that of the model's own record alone.
+bool has_level_of_its_record(const ident::Model& model, const std::string& input_file) {
+  return std::any_of(model.parameters.begin(), model.parameters.end(),
+                     [](const ident::ParameterEstimate& p) {
+                       return p.role == ident::ParameterRole::input_bias && !p.fixed;
+                     }) &&
+         ident::begins_at_a_level(model) && !is_one_record(record_of(model), input_file);
+}
+
+/// The model at rest before the input's first row, where it has a level of its own record's there.
+/// @throws UsageError  --input-before of a model that has none
+ident::Model begun(const ident::Model& model, const SimulateCommand& command, double first, const Console& console) {
+  if (command.input_before) {
+    if (!ident::begins_at_a_level(model)) {
+      throw UsageError(fmt::format(
+          "--input-before: {} integrates, has a valve map or a state at the first row, or does not say how long its "
+          "record was; leave the option out",
+          model.name));
+    }
+    return ident::begun_at(model, *command.input_before);
+  }
+  if (!has_level_of_its_record(model, command.input_file)) return model;
+  console.info(fmt::format("{} begins at rest at the input's first value, {:.5g} {} (--input-before: at another one)",
+                           model.name, first, model.input_unit));
+  return ident::begun_at(model, first);
+}
+
+/// The output at the input's rows, between which the input is held or straight.
+Eigen::VectorXd output_of(const ident::Model& model, const record::InputSeries& input, ident::Intersample intersample,
+                          ident::SimulationMethod method) {
+  constexpr Eigen::Index kFewest = 4;
+  if (intersample == ident::Intersample::held || input.values.size() < kFewest) {
+    return ident::simulate(model, input.values, input.step_s, method);
+  }
+  ident::Record rows;
+  rows.step_s = input.step_s;
+  rows.input = input.values;
+  rows.output = Eigen::VectorXd::Zero(input.values.size());
+  const ident::Record fine = ident::in_parts(rows, intersample);
+  return ident::simulate(model, fine.input, fine.step_s, method)(Eigen::seq(0, Eigen::last, ident::kPartsOfARow));
+}
 
 ExitCode execute(const SimulateCommand& command, Console& console) {
   const ident::Model model =
@@ -53,7 +104,8 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   const record::InputSeries& input = imported.series;
   Eigen::VectorXd output;
   try {
-    output = ident::simulate(model, input.values, input.step_s, command.method);
+    output = output_of(begun(model, command, input.values[0], console), input,
+                       intersample_for(command.intersample, model, console), command.method);
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));
   } catch (const DataError& error) {
@@ -100,6 +152,13 @@ void add_simulate(CLI::App& app, ParsedLine& line) {
   sub->add_option("input", simulate.input_file, "File with the input")->required()->type_name("INPUT");
   sub->add_option("-o,--output", simulate.output, "File to write (default: standard output)")->type_name("FILE");
   add_choice(*sub, "--method", simulate.method, kMethods, "How to simulate (default exact)");
+  add_intersample_option(*sub, simulate.intersample);
+  sub->add_option(
+         "--input-before", simulate.input_before,
+         "Input before the first row, at which the model is at rest; for a step at the first row (default: the "
+         "first row's, of a model whose own level there was estimated)")
+      ->type_name("VALUE")
+      ->check(finite_number("a finite number", [](double) { return true; }));
   add_import_options(*sub, line, simulate.import, ImportedColumns::input_only);
 }
 

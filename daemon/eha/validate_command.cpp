@@ -37,6 +37,7 @@ namespace {
 constexpr const char* kValidateFooter = R"(
 Scores a model on a record it has not seen: the verdict first, then the scores with its offset kept and with the offset
 estimated anew, and the residual's correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
+A model that comes to rest begins at this record's own level. Input between rows: as the model was estimated, or --intersample.
 Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
 and whose error is more than 1.5 times its error, and that on its own record, is of another plant, and rejected.
 Exit code 0: accepted; 3: rejected.
@@ -114,7 +115,11 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
-  if (command.record.intersample == ident::Intersample::straight) identify::take_input_as_straight(source);
+  const bool is_asked = command.record.intersample == ident::Intersample::straight;
+  if (is_asked || (!source.run_folder &&
+                   intersample_for(command.record.intersample, model, console) == ident::Intersample::straight)) {
+    identify::take_input_as_straight(source);
+  }
   print_import(source.guess, source.remarks, source.repairs, console);
   warn_of_own_record(command.model_file, source, console);
   model = identify::in_units_of(source, std::move(model), command.model_file);
@@ -191,8 +196,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     // The record's own report does not show this model.
     if (source.run_folder || is_read_as_it_is(command.import)) {
-      console.next_step(fmt::format("eha compare {} {} -o comparison.html", shell_word(command.model_file),
-                                    shell_word(command.source)));
+      console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(command.model_file),
+                                    shell_word(command.source), intersample_words(command.record.intersample)));
     }
     const std::string record = record_of(model);
     if (scored_here.of_another_plant && source.run_folder && record::is_run_folder(record)) {

@@ -329,11 +329,17 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
 
 std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
                                       const Progress& progress) {
-  const ident::FitOptions options = options_of(source);
+  return score_models(models, std::vector<const Source*>(models.size(), &source), progress);
+}
+
+std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
+                                      const std::vector<const Source*>& sources, const Progress& progress) {
   const double level = kFalseAlarm / static_cast<double>(models.size());
   std::vector<ScoredModel> all;
   for (const ident::Model& model : models) {
-    all.push_back(scored(model, source, options, level, part_of(progress, all.size(), models.size(), source.name)));
+    const Source& source = *sources[all.size()];
+    all.push_back(
+        scored(model, source, options_of(source), level, part_of(progress, all.size(), models.size(), source.name)));
   }
   return all;
 }

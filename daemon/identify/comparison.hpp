@@ -91,6 +91,11 @@ struct ScoredModel {
 [[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
                                                     const Progress& progress = {});
 
+/// The same with the record for each model as its input was taken for the model: one source a model, of one record.
+[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
+                                                    const std::vector<const Source*>& sources,
+                                                    const Progress& progress = {});
+
 /// The same for one model, with the record prepared by `options`.
 [[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
                                       const Progress& progress = {});

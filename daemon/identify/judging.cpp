@@ -19,6 +19,9 @@
 namespace eha::identify {
 namespace {
 
+constexpr const char* kIntersample = "intersample";  // of the provenance
+constexpr const char* kStraight = "straight";
+
 /// "search 1 global, 9 local, 312 evaluations, 80 Jacobians, 1500 transforms; refine ..."
 std::string work_text(const ident::WorkByStage& stages) {
   std::string text;
@@ -69,14 +72,20 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
   if (task.intersample == ident::Intersample::straight) {
-    model.provenance["intersample"] =
-        fmt::format("straight (foh): {} rows for each of the record's", ident::kPartsOfARow);
+    model.provenance[kIntersample] =
+        fmt::format("{} (foh): {} rows for each of the record's", kStraight, ident::kPartsOfARow);
   }
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
   model.provenance["work"] = work_text(result.work);
   if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
+}
+
+ident::Intersample intersample_of(const ident::Model& model) {
+  const auto told = model.provenance.find(kIntersample);
+  const bool is_straight = told != model.provenance.end() && told->second.starts_with(kStraight);
+  return is_straight ? ident::Intersample::straight : ident::Intersample::held;
 }
 
 void choose(const IdentificationTask& task, Identification& identification) {

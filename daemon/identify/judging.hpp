@@ -23,6 +23,9 @@ namespace eha::identify {
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result);
 
+/// How the input was taken between the rows of the record that estimated a model, as judge() wrote it.
+[[nodiscard]] ident::Intersample intersample_of(const ident::Model& model);
+
 /// Recommends a model, and judges the others by it. A clearly worse model is usable where the two agree, unless only
 /// one of them has a map: the gain of a linear model of a valve changes with the amplitude.
 /// Cost: one more verdict for each model.

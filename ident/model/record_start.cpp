@@ -52,6 +52,10 @@ bool comes_to_rest(const Model& model) {
   });
 }
 
+bool begins_at_a_level(const Model& model) {
+  return !model.input_map && model.initial_state.empty() && model.past_input.empty() && comes_to_rest(model);
+}
+
 bool has_straight_map(const Model& model) {
   if (!model.input_map || !comes_to_rest(model)) return false;
   const ParameterEstimate* dead_band = find(model, ParameterRole::dead_band);

@@ -11,6 +11,10 @@ namespace eha::ident {
 /// of the plant. False for a grey box, and for a model that does not say how long its record was.
 [[nodiscard]] bool comes_to_rest(const Model& model);
 
+/// Whether a model comes to rest and says the level before the first row by its bias alone: it has no map, and neither
+/// an initial state nor a past input.
+[[nodiscard]] bool begins_at_a_level(const Model& model);
+
 /// Whether a model that comes to rest has a map that shows no valve: no dead band and equal gains within their
 /// intervals. Its null is then such a level, too.
 [[nodiscard]] bool has_straight_map(const Model& model);

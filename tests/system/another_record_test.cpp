@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model on another record: where that begins, what its input does between the rows, and columns that are exchanged.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "tests/system/program.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::test {
+namespace {
+
+/// Levels of a positioner of 1.5 mm/V with a lag of 0.18 s and a dead time of 40 ms, at rest at the first one.
+std::string positioner(std::uint64_t seed) {
+  ident::PortableDraw draw(seed);
+  std::string text = "time_s,cmd_V,pos_mm\n";
+  std::vector<double> u;
+  double x = 0.0;
+  for (std::size_t k = 0; k < 3000; ++k) {
+    u.push_back(k % 50 == 0 ? std::clamp(50.0 + 20.0 * draw.normal(), 15.0, 85.0) : u.back());
+    if (k == 0) x = 1.5 * u[0];
+    text += fmt::format("{:.2f},{:.4f},{:.3f}\n", 0.01 * static_cast<double>(k), u.back(), x + 0.05 * draw.normal());
+    x += (1.0 - std::exp(-0.01 / 0.18)) * (1.5 * u[k < 4 ? 0 : k - 4] - x);
+  }
+  return text;
+}
+
+TEST(AnotherRecord, OfAPositionerWithADeadTimeIsOfTheSamePlant) {
+  const TemporaryFolder folder;
+  folder.write("a.csv", positioner(1));
+  folder.write("b.csv", positioner(2));
+  const Ended fitted = run_eha({"fit", "a.csv", "--model", "io1", "--delay", "free", "-o", "m", "-q"}, folder.path());
+  ASSERT_EQ(fitted.code, 0) << fitted.out << fitted.err;
+  const Ended validated = run_eha({"validate", "m/io1.json", "b.csv"}, folder.path());
+  EXPECT_EQ(validated.code, 0) << validated.out << validated.err;
+  EXPECT_NE(validated.out.find("io1 on b.csv: good"), std::string::npos) << validated.out;
+  const Ended compared = run_eha({"compare", "m/io1.json", "b.csv", "--json"}, folder.path());
+  EXPECT_EQ(nlohmann::json::parse(compared.out).at("models").at(0).at("plant"), "this") << compared.out;
+  const auto first_output = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"simulate", "m/io1.json", "b.csv", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Ended ended = run_eha(words, folder.path());
+    return nlohmann::json::parse(ended.out).at("output").at(20).get<double>();
+  };
+  const std::string text = content_of(folder.path() / "b.csv");
+  const double u = std::stod(text.substr(text.find("\n0.00,") + 6));
+  EXPECT_NEAR(first_output({}), 1.5 * u, 0.1);
+  EXPECT_GT(std::abs(first_output({"--input-before", "0"}) - 1.5 * u), 5.0);
+}
+
+/// Tones, sampled every 10 ms, to an integrator with a lag of 50 ms and a dead time of 25 ms.
+std::string sampled_tones(double phase) {
+  ident::PortableDraw draw(5);
+  const double decay = std::exp(-0.001 / 0.05);
+  const auto volts = [&](int k) {
+    const double t = 2.0 * std::numbers::pi * 0.001 * k;
+    return 2.0 * std::sin(0.31 * t + phase) + 1.5 * std::sin(1.3 * t + 2.0 * phase) + std::sin(4.1 * t);
+  };
+  std::string text = "time_s,valve_V,rod_mm\n";
+  double y = 100.0;
+  double speed = 0.0;
+  for (int k = 0; k < 20'000; ++k) {
+    if (k % 10 == 0) text += fmt::format("{:.2f},{:.6f},{:.5f}\n", 0.001 * k, volts(k), y + 0.002 * draw.normal());
+    y += 0.001 * speed;
+    speed = decay * speed + (1.0 - decay) * 22.0 * volts(k - 25);
+  }
+  return text;
+}
+
+TEST(InputBetweenRows, IsTakenAsTheModelTookIt) {
+  const TemporaryFolder folder;
+  folder.write("a.csv", sampled_tones(0.0));
+  folder.write("b.csv", sampled_tones(1.0));
+  const Ended fitted =
+      run_eha({"fit", "a.csv", "--model", "integrator_lag", "--delay", "free", "--intersample", "foh", "-o", "m", "-q"},
+              folder.path());
+  ASSERT_EQ(fitted.code, 0) << fitted.out << fitted.err;
+  for (const char* record : {"a.csv", "b.csv"}) {
+    const Ended ended = run_eha({"validate", "m/integrator_lag.json", record}, folder.path());
+    EXPECT_EQ(ended.code, 0) << ended.out << ended.err;
+    EXPECT_NE(ended.err.find("straight lines between its rows, as integrator_lag was estimated"), std::string::npos)
+        << ended.err;
+    const Ended held = run_eha({"validate", "m/integrator_lag.json", record, "--intersample", "zoh"}, folder.path());
+    EXPECT_EQ(held.err.find("straight lines"), std::string::npos) << held.err;
+    EXPECT_EQ(held.code, 3) << held.out;
+    EXPECT_NE((held.out + held.err).find(" --intersample zoh -o comparison.html"), std::string::npos) << held.out;
+    const Ended compared = run_eha({"compare", "m/integrator_lag.json", record, "--json"}, folder.path());
+    EXPECT_EQ(nlohmann::json::parse(compared.out).at("models").at(0).at("plant"), "this") << compared.out;
+  }
+  const Ended simulated = run_eha({"simulate", "m/integrator_lag.json", "a.csv", "--json"}, folder.path());
+  const auto document = nlohmann::json::parse(simulated.out);
+  EXPECT_EQ(document.at("samples"), 2000);
+  const std::string text = content_of(folder.path() / "a.csv");
+  const double last = std::stod(text.substr(text.find_last_of(',') + 1));
+  EXPECT_NEAR(document.at("output_last").get<double>(), last, 0.05) << simulated.err;
+}
+
+/// The positioner's file with its last two columns exchanged.
+std::string exchanged(const std::string& text) {
+  std::string result;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = text.find('\n', at);
+    const std::size_t first = text.find(',', at);
+    const std::size_t second = text.find(',', first + 1);
+    result += text.substr(at, first + 1 - at) + text.substr(second + 1, end - second - 1) + "," +
+              text.substr(first + 1, second - first - 1) + "\n";
+    at = end + 1;
+  }
+  return result;
+}
+
+TEST(ExchangedColumns, AreSuspectedWhereEveryModelIsRejected) {
+  const TemporaryFolder folder;
+  folder.write("x.csv", exchanged(positioner(1)));
+  const Ended ended =
+      run_eha({"fit", "x.csv", "--input", "pos_mm", "--output", "cmd_V", "--model", "io1"}, folder.path());
+  const std::string all = ended.out + ended.err;
+  EXPECT_EQ(ended.code, 3) << all;
+  EXPECT_NE(all.find("input and output may be exchanged"), std::string::npos) << all;
+  EXPECT_NE(all.find("Next: eha fit x.csv --model io1 --input 3 --output 2"), std::string::npos) << all;
+  EXPECT_EQ(all.find("is read more slowly"), std::string::npos) << all;
+}
+
+}  // namespace
+}  // namespace eha::test
