@@ -19,12 +19,12 @@ namespace eha::config {
 /// Whether the numbers of [following] are those that one characterisation of this rig wrote. False without both sums.
 [[nodiscard]] bool is_as_measured(const RigConfig& rig);
 
-/// Whether an experiment or a characterisation begins with a placing a little towards mid-travel and back: nothing shows
-/// that the numbers of [following] were measured on this machine, and a wrong one, or a dead sensor, is found at the
-/// speed of a placing.
+/// Whether an experiment or a characterisation begins with a placing a little towards mid-travel and back: nothing
+/// shows that the numbers of [following] were measured on this machine, and a wrong one, or a dead sensor, is found at
+/// the speed of a placing.
 [[nodiscard]] bool shows_motion_first(const RigConfig& rig);
 
-inline constexpr double kShowing_in = 0.3;      ///< greatest way of that placing
+inline constexpr double kShowing_in = 0.3;     ///< greatest way of that placing
 inline constexpr double kShowingLeaves = 0.5;  ///< of the way: the rod is no nearer to a travel limit than before
 
 /// The way of that placing from a place, towards mid-travel [in].

@@ -125,11 +125,10 @@ void add_rivals(const Span& span, std::vector<Delay>& delays) {
         {"priority",
          fmt::format("thread {} \"{}\" of real-time priority {} had CPU {} for {:.3g} s of {:.3g} s; the loop has {}",
                      tid, thread.name, thread.priority, thread.cpu, used, span.seconds, span.loop.priority),
-         thread.name == kLoop
-             ? "two rigs are driven on one CPU: another `cpu` in [realtime] of one rig file"
-             : fmt::format(
-                   "sudo chrt --fifo --pid {} {}, or bind it to another CPU: sudo taskset --cpu-list --pid OTHER_CPU {}",
-                   std::max(1, span.loop.priority / 2), tid, tid)});
+         thread.name == kLoop ? "two rigs are driven on one CPU: another `cpu` in [realtime] of one rig file"
+                              : fmt::format("sudo chrt --fifo --pid {} {}, or bind it to another CPU: sudo taskset "
+                                            "--cpu-list --pid OTHER_CPU {}",
+                                            std::max(1, span.loop.priority / 2), tid, tid)});
   }
 }
 

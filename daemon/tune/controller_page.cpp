@@ -212,9 +212,10 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
   plot::Panel following{.x_label = "", .y_label = fmt::format("error [{}]", unit.of("in"))};
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
-  plot::Panel command{.x_label = t.sweep_s ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
-                                                         t.sweep_s->first, t.sweep_s->second)
-                                           : "time [s]",
+  plot::Panel command{.x_label = t.sweep_s
+                                     ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
+                                                   t.sweep_s->first, t.sweep_s->second)
+                                     : "time [s]",
                       .y_label = "command [V]"};
   // A command is held until the next tick.
   const plot::Series volts{.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1};

@@ -117,7 +117,8 @@ std::string map_note(const Model& model) {
   if (model.input_map && is_one_way(*model.input_map)) {
     const bool is_up = std::abs(model.input_map->negative_gain_ratio) < 1.0;
     return fmt::format(
-        "the record moved the output in one direction only: of the dead band it shows the edge at {:.3g}{}, and null and "
+        "the record moved the output in one direction only: of the dead band it shows the edge at {:.3g}{}, and null "
+        "and "
         "half dead band of the fit are not the valve's",
         is_up ? upper_edge(*model.input_map) : lower_edge(*model.input_map), after_number(model.input_unit));
   }

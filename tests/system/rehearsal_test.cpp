@@ -57,9 +57,10 @@ TEST(Rehearsal, NamesTheMoveToMidTravelWhereThatIsAllThatIsMissing) {
                              source_file("config/rigs/sim.toml"), "--at", "5in"},
                             folder.path());
   EXPECT_EQ(far.code, static_cast<int>(ExitCode::configuration));
-  EXPECT_NE(far.err.find("the rod stands at 5.000 in, and from mid-travel the experiment stays clear of them: `eha goto "
-                         "2.95in` first"),
-            std::string::npos)
+  EXPECT_NE(
+      far.err.find("the rod stands at 5.000 in, and from mid-travel the experiment stays clear of them: `eha goto "
+                   "2.95in` first"),
+      std::string::npos)
       << far.err;
 }
 

@@ -26,7 +26,8 @@ TEST(RunLine, SaysWhatIsLeftWhereTheRodIsAndWhatIsPredicted) {
   EXPECT_EQ(line.find("37.7 s left, end "), 0U) << line;
   EXPECT_NE(line.find("  2.953 in, margin 0.80 in  +1.20 V, 0 late  [==----#----==]"), std::string::npos) << line;
   EXPECT_LE(line.size(), 100U);
-  EXPECT_NE(run_line(in_mid_stroke(), DisplayUnit("mm"), kNow).find("75.006 mm, margin 20.32 mm  +1.20 V"), std::string::npos);
+  EXPECT_NE(run_line(in_mid_stroke(), DisplayUnit("mm"), kNow).find("75.006 mm, margin 20.32 mm  +1.20 V"),
+            std::string::npos);
 }
 
 TEST(RunLine, SaysNothingOfARunBeforeItsFirstTick) { EXPECT_EQ(run_line({}, DisplayUnit(), kNow), "about to begin"); }

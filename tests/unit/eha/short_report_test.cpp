@@ -97,11 +97,12 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   EXPECT_NE(chosen_in(short_report(answer, {})).find("; the checks let no other one pass"), std::string::npos);
 }
 
-TEST(ShortReport, SaysThatTheNextBestErrsLessWhereItDoes) {
+TEST(ShortReport, SaysThatTheRunnerUpErrsLessWhereItDoes) {
   Answer answer = answer_with("");
   answer.models[0].validation->score.mse = 0.01;
   answer.models.push_back(answer.models[0]);
   answer.models.back().name = "next";
+  answer.recommendation.runner_up = "next";
   for (ident::Model& model : answer.models) model.verdict->accepted = true;
   const auto says = [&](double factor) {
     answer.models.back().validation->score.mse = 0.01 * factor * factor;
