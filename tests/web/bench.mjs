@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A bench for the tests of the page: ehad on the simulated rig on the real clock, eha-web beside it, Debian's Chromium.
 import { execFile, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import http from 'node:http';
 import net from 'node:net';
 import { createRequire } from 'node:module';
@@ -57,7 +57,9 @@ export class Bench {
     this.state = path.join(this.folder, 'state');
     this.tokenFile = path.join(this.folder, 'token');
     this.rig = path.join(this.folder, 'rig.toml');
+    this.hold = path.join(this.folder, 'hold');
     mkdirSync(kScreenshots, { recursive: true });
+    this.placePrograms();
     writeFileSync(this.tokenFile, `${kToken}\n`, { mode: 0o640 });
     // A quiet sensor would have no intervals to speak of; this one is as noisy as a bench's. People read mm.
     writeFileSync(this.rig, readFileSync(path.join(kRoot, 'config/rigs/sim.toml'), 'utf8')
@@ -66,8 +68,21 @@ export class Bench {
     this.logs = '';
   }
 
+  /** The programs in a folder of the bench: ehad takes `eha` from its own, and this one waits where a fit is held. */
+  placePrograms() {
+    this.programs = path.join(this.folder, 'bin');
+    mkdirSync(this.programs);
+    for (const name of readdirSync(kPrograms).filter((name) => /^eha(d|-\w+)$/.test(name))) {
+      if (name === 'ehad') copyFileSync(path.join(kPrograms, name), path.join(this.programs, name));
+      else symlinkSync(path.join(kPrograms, name), path.join(this.programs, name));
+    }
+    writeFileSync(path.join(this.programs, 'eha'),
+      `#!/bin/sh\nif [ "$1" = fit ]; then while [ -e '${this.hold}' ]; do sleep 0.02; done; fi\nexec '${path.join(kPrograms, 'eha')}' "$@"\n`,
+      { mode: 0o755 });
+  }
+
   start(program, words) {
-    const child = spawn(path.join(kPrograms, program), words, { stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(path.join(this.programs, program), words, { stdio: ['ignore', 'pipe', 'pipe'] });
     child.over = new Promise((resolve) => { child.on('exit', resolve); });
     for (const stream of [child.stdout, child.stderr]) stream.on('data', (text) => { this.logs += `${program}: ${text}`; });
     return child;
@@ -133,20 +148,12 @@ export class Bench {
   }
 
   /**
-   * Stops the next process that fits, so that what is shown meanwhile does not depend on how long a fit takes.
-   * @returns what lets it go on
+   * Lets the next fit wait before its first instruction, so that what is shown meanwhile does not depend on how long a fit
+   * takes. @returns what lets it go on
    */
-  async holdFit() {
-    const isFit = (pid) => /\0fit\0/.test(commandLine(pid));
-    const fit = await until('a process that fits', () => this.childrenOfDaemon().find(isFit), 3 * kGenerous_ms);
-    process.kill(fit, 'SIGSTOP');
-    return () => process.kill(fit, 'SIGCONT');
-  }
-
-  childrenOfDaemon() {
-    const tasks = `/proc/${this.daemon.pid}/task`;
-    return readdirSync(tasks).flatMap((task) => orNothing(() => readFileSync(`${tasks}/${task}/children`, 'utf8')).split(' '))
-      .filter(Boolean).map(Number);
+  holdFit() {
+    writeFileSync(this.hold, '');
+    return () => rmSync(this.hold);
   }
 
   async inState(...states) {
@@ -155,19 +162,6 @@ export class Bench {
       return states.includes(status.state) && status;
     });
   }
-}
-
-/** A process may end while one looks. */
-function orNothing(look) {
-  try {
-    return look();
-  } catch {
-    return '';
-  }
-}
-
-function commandLine(pid) {
-  return orNothing(() => readFileSync(`/proc/${pid}/cmdline`, 'utf8'));
 }
 
 function freePort() {

@@ -12,7 +12,7 @@ const complaints = [];
 let browser;
 let page;
 let run;
-let heldFit;
+let releaseFit;
 
 /** Errors of a page count, those of refused or impossible requests only where none is expected. */
 function listenTo(opened) {
@@ -126,8 +126,8 @@ test('the first key reaches Stop, and the focus is seen', async () => {
 
 test('curves move while an experiment runs', async () => {
   assert.equal((await bench.eha('arm')).code, 0);
+  releaseFit = bench.holdFit();
   run = bench.eha('run', kExperiment, '--no-progress');
-  heldFit = bench.holdFit();
   await pageSays('the run', '#state-word', /^running$/);
   await pageSays('its holder', '#fact-lease', /^held by \S+, \d+ min/);
   await pageSays('its name', '#fact-run', /"short"/);
@@ -169,11 +169,10 @@ test('a sample is on the page within 200 ms', async () => {
 });
 
 test('verdict and report appear after the run', async () => {
-  const goOn = await heldFit;
   await pageSays('the fit', '#state-meaning', /fitting \S+ "short"/);
   await pageSays('the fit in the queue', '#queue', /models are fitted to its record/);
   await pageSays('the fit among the runs', '#runs', /fitting/);
-  goOn();
+  releaseFit();
   const ended = await run;
   assert.equal(ended.code, 0, ended.text);
   await until('the run is listed', () => page.locator('#runs .grade.good, #runs .grade.usable').count());
