@@ -275,7 +275,8 @@ class ConflictSearch {
       return {};
     }
     check_peak(table);
-    check_slew(table, ident::shortest_level_s(excitation, experiment_.duration_s).value_or(tick_s()));
+    check_slew(table, excitation.offset_V,
+               ident::shortest_level_s(excitation, experiment_.duration_s).value_or(tick_s()));
     return table;
   }
 
@@ -294,19 +295,16 @@ class ConflictSearch {
     if (minimum < rig_.limits.command_min_V - room) add("excitation", expected, at(minimum, lowest));
   }
 
-  /// The share of the amplitudes that the command limits let pass, about the table's mean.
-  [[nodiscard]] double share_within_range(const Eigen::VectorXd& table) const {
-    const double mean = table.mean();
-    const double above = table.maxCoeff() - mean;
-    const double below = mean - table.minCoeff();
-    if (!(above > 0.0) || !(below > 0.0)) return 1.0;
-    return std::max(0.0,
-                    std::min((rig_.limits.command_max_V - mean) / above, (mean - rig_.limits.command_min_V) / below));
+  /// The share of the amplitudes that the command limits let pass. @param offset_V  which keeps its value
+  [[nodiscard]] double share_within_range(const Eigen::VectorXd& table, double offset_V) const {
+    const double above = (rig_.limits.command_max_V - offset_V) / std::max(0.0, table.maxCoeff() - offset_V);
+    const double below = (offset_V - rig_.limits.command_min_V) / std::max(0.0, offset_V - table.minCoeff());
+    return std::max(0.0, std::min(above, below));
   }
 
   /// A jump is played as a ramp at the slew limit; the ramp must end before the next jump.
   /// @param time_s  the shortest time between jumps, at least a tick
-  void check_slew(const Eigen::VectorXd& table, double time_s) {
+  void check_slew(const Eigen::VectorXd& table, double offset_V, double time_s) {
     if (table.size() < 2) return;
     Eigen::Index k = 0;
     const double change_V = (table.tail(table.size() - 1) - table.head(table.size() - 1)).cwiseAbs().maxCoeff(&k);
@@ -317,7 +315,7 @@ class ConflictSearch {
             "{:.4g} V within {:.6g} s at {:.6g} s (peak {:.3g} V, RMS {:.3g} V); all amplitudes times {:.3g} pass",
             change_V, time_s, static_cast<double>(k + 1) * tick_s(), table.cwiseAbs().maxCoeff(),
             std::sqrt(table.squaredNorm() / static_cast<double>(table.size())),
-            rounded_down(std::min(limit * time_s / change_V, share_within_range(table)))));
+            rounded_down(std::min(limit * time_s / change_V, share_within_range(table, offset_V)))));
   }
 
   const ExperimentConfig& experiment_;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/batch/table_text.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "ident/model/parameter_text.hpp"

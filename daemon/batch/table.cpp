@@ -14,9 +14,7 @@
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
-#include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
-#include "ident/validation/parameter_change.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -319,26 +317,6 @@ std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::s
   return left_out;
 }
 
-std::string other_units_text(const Table& table) {
-  constexpr std::size_t kMostNamed = 8;
-  const std::vector<std::size_t> others = rows_in_other_units(table.rows, table.common_model);
-  std::string text;
-  for (std::size_t i = 0; i < std::min(others.size(), kMostNamed); ++i) {
-    text += (i == 0 ? "" : ", ") + table.rows[others[i]].record.id;
-  }
-  if (others.size() > kMostNamed) text += fmt::format(" and {} more", others.size() - kMostNamed);
-  return text;
-}
-
-std::string grade_note(const Table& table) {
-  const auto has = [&](std::string_view grade) {
-    return std::any_of(table.rows.begin(), table.rows.end(), [&](const Row& row) { return grade_of(row) == grade; });
-  };
-  if (!has("good") || !has("usable")) return {};
-  return "A grade is about what the tests can see beside the noise of its record: the model of a noisy record may be "
-         "good where that of a clean one, with a smaller error, is usable.";
-}
-
 std::string grade_of(const Row& row) {
   const Json* model = model_of(row.fit, row.recommended);
   return model == nullptr ? std::string() : model->at("verdict").value("grade", std::string());
@@ -358,51 +336,6 @@ std::vector<WarningKind> warning_kinds(const Table& table) {
   std::vector<WarningKind> found;
   for (auto& [kind, one] : kinds) found.push_back(std::move(one));
   return found;
-}
-
-std::string warning_text(const Table& table, const WarningKind& kind) {
-  constexpr std::size_t kMostNamed = 8;
-  std::string names;
-  for (std::size_t i = 0; i < std::min(kind.rows.size(), kMostNamed); ++i) {
-    names += (i == 0 ? "" : ", ") + table.rows[kind.rows[i]].record.id;
-  }
-  if (kind.rows.size() > kMostNamed) names += fmt::format(" and {} more", kind.rows.size() - kMostNamed);
-  return fmt::format("{} of {} {} ({}): {}", kind.rows.size(), table.rows.size(),
-                     table.rows.size() == 1 ? "record" : "records", names, kind.text);
-}
-
-std::string outlier_text(const Outlier& outlier) {
-  const auto with_unit = [&](const char* format, double value) {
-    return fmt::format(fmt::runtime(format), value) + ident::after_number(outlier.unit);
-  };
-  return fmt::format("{} is {}, more than {} from the median of all, {}", outlier.parameter,
-                     with_unit("{:.4g}", outlier.value), with_unit("{:.2g}", outlier.half_width),
-                     with_unit("{:.4g}", outlier.median));
-}
-
-std::string instead_text(const Row& row, const std::string& common_model) {
-  std::vector<std::string> changed;
-  for (const Outlier& one : row.outliers) changed.push_back(one.parameter);
-  bool has_map = false;
-  for (const Json& model : row.fit.value("models", Json::array())) {
-    has_map = has_map || (model.at("name") == common_model && model.contains("input_map"));
-  }
-  const auto is_of_map = [](const std::string& name) {
-    return name == "null" || name == "dead_band" || name == "negative_gain_ratio";
-  };
-  std::vector<std::string> causes;
-  std::vector<std::string> followers;
-  for (const std::string& name : changed) (is_of_map(name) ? causes : followers).push_back(name);
-  if (has_map && !causes.empty() && !followers.empty()) return ident::lets_follow(causes, followers);
-  return ident::map_instead(changed, has_map);
-}
-
-std::string why_none(const Row& row) {
-  if (!row.judged || row.recommended != "none") return {};
-  const auto found = row.fit.find("recommendation");
-  if (found == row.fit.end() || !found->is_object()) return {};
-  const auto reason = found->find("reason");
-  return reason != found->end() && reason->is_string() ? reason->get<std::string>() : std::string();
 }
 
 Table table_of(const BatchFolder& folder) {
@@ -436,22 +369,6 @@ Table table_of(const BatchFolder& folder) {
   table.resolutions = mark_outliers(table.rows, table.common_model);
   table.trends = trends_of(parameters_of(table.rows, table.common_model));
   return table;
-}
-
-std::string resolution_text(const Table& table) {
-  std::string text;
-  for (const Resolution& one : table.resolutions) {
-    const std::string unit = ident::after_number(one.unit);
-    text += fmt::format("{}{} {:.2g}{} (furthest: {:.4g}{} in {}, median {:.4g}{})", text.empty() ? "" : "; ",
-                        one.parameter, one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id,
-                        one.median, unit);
-  }
-  return text;
-}
-
-std::string change_text(const Trend& trend) {
-  return fmt::format("{} by {:.3g}{}", trend.change > 0.0 ? "rises" : "falls", std::abs(trend.change),
-                     ident::after_number(trend.unit));
 }
 
 std::string to_csv(const Table& table) {

@@ -107,29 +107,11 @@ struct NotCompared {
 /// Returns the judged records without an accepted model of this name, with the reason.
 [[nodiscard]] std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::string& model);
 
-/// "0006-mm, 0009-b": those records of the table, the first ones if they are many; empty without any.
-[[nodiscard]] std::string other_units_text(const Table& table);
-
 /// The verdict's grade of the recommended model; empty without one.
 [[nodiscard]] std::string grade_of(const Row& row);
 
-/// Why one record's model is good and another's usable; empty where the grades do not differ so.
-[[nodiscard]] std::string grade_note(const Table& table);
-
 /// The warnings of all records, each kind once, in the order of the first record of each.
 [[nodiscard]] std::vector<WarningKind> warning_kinds(const Table& table);
-
-/// "2 of 5 records (0001-sim, 0003-b): within half a row the input moves ...".
-[[nodiscard]] std::string warning_text(const Table& table, const WarningKind& kind);
-
-/// "null is 0.4 V, more than 0.05 V from the median of all, 0.3 V".
-[[nodiscard]] std::string outlier_text(const Outlier& outlier);
-
-/// What the outliers of a row may be of although another parameter shows them, as `eha compare` says; empty without.
-[[nodiscard]] std::string instead_text(const Row& row, const std::string& common_model);
-
-/// Why no model is recommended, as `eha fit` says; empty where one is.
-[[nodiscard]] std::string why_none(const Row& row);
 
 /// The table of the results so far. It depends only on the results, not on machine or time.
 ///
@@ -141,13 +123,6 @@ struct NotCompared {
 /// Theil and Sen's line. At least ten records are needed.
 /// @throws as BatchFolder::result
 [[nodiscard]] Table table_of(const BatchFolder& folder);
-
-/// "dead_band 0.05 V (furthest: 0.209 V in 0005-e, median 0.15 V)", for each parameter, separated by "; ". Empty
-/// without any.
-[[nodiscard]] std::string resolution_text(const Table& table);
-
-/// "rises by 0.16 V", "falls by 0.16 V".
-[[nodiscard]] std::string change_text(const Trend& trend);
 
 /// One row a record and model: record, source, verdict, validation, and each parameter with its interval.
 [[nodiscard]] std::string to_csv(const Table& table);

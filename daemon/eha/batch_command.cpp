@@ -22,6 +22,7 @@
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/run_records.hpp"
 #include "daemon/batch/table.hpp"
+#include "daemon/batch/table_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/commands.hpp"

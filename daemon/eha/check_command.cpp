@@ -211,9 +211,9 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   }
   require_within_travel(prepared.config, rig, *place_in, command.file, console);
   const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
-  judge_travel({prepared, rig, *place_in, rehearsal}, command.file,
-               command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
-  warn_of_little_motion({prepared, rig, *place_in, rehearsal}, command.file, console);
+  const Rehearsed rehearsed{prepared, rig, *place_in, rehearsal};
+  judge_travel(rehearsed, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
+  warn_of_little_motion(rehearsed, command.file, console);
   report_experiment(command, prepared.config, rig, rehearsal, on_service, console);
   return ExitCode::ok;
 }

@@ -184,8 +184,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
         "and runs together\n"
         "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
         "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a "
-        "zero "
-        "(gains b0, b1)\n"
+        "zero (gains b0, b1)\n"
         "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
         100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
   }

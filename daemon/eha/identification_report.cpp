@@ -33,22 +33,6 @@ std::vector<identify::IdentifiedModel> shown_in(std::vector<identify::Identified
   return models;
 }
 
-/// In the order of every table.
-std::vector<identify::IdentifiedModel> in_order(const std::vector<identify::IdentifiedModel>& models,
-                                                const ident::Recommendation& recommendation) {
-  std::vector<const ident::Model*> all;
-  for (const identify::IdentifiedModel& identified : models) all.push_back(&identified.result.model);
-  const ident::Model* first = ident::leading(all, recommendation);
-  std::vector<const identify::IdentifiedModel*> order;
-  for (const identify::IdentifiedModel& identified : models) order.push_back(&identified);
-  std::stable_sort(order.begin(), order.end(), [&](const auto* a, const auto* b) {
-    return ident::stands_before(a->result.model, b->result.model, first);
-  });
-  std::vector<identify::IdentifiedModel> sorted;
-  for (const identify::IdentifiedModel* identified : order) sorted.push_back(*identified);
-  return sorted;
-}
-
 /// Prints what was written; of models that are not accepted their number, with -v each file.
 void print_written(const std::vector<std::filesystem::path>& written,
                    const std::vector<identify::IdentifiedModel>& models, const Console& console) {
@@ -139,8 +123,10 @@ void print_identification(const identify::Identification& identification,
   }
   if (console.verbose()) {
     console.print(wrapped(recommendation_text(answer_of(identification), unit), 0));
-    console.print(model_report(in_order(shown_in(identification.models, unit), identification.recommendation),
-                               shown_in(identification.paper, unit)));
+    const auto model_of = [](const identify::IdentifiedModel& row) -> const ident::Model& { return row.result.model; };
+    const std::vector<identify::IdentifiedModel> rows =
+        ident::in_table_order(shown_in(identification.models, unit), identification.recommendation, model_of);
+    console.print(model_report(rows, shown_in(identification.paper, unit)));
   }
   if (const std::string text = left_out_text(identification.refused); !text.empty()) console.print(wrapped(text, 0));
   if (console.verbose() && identification.frequency_response) {

@@ -141,9 +141,8 @@ void say_motion_shown_first(const config::ExperimentConfig& experiment, const co
   const DisplayUnit unit = console.unit(rig.units);
   console.info(fmt::format(
       "nothing shows that the lines of [following] in {} were measured on this rig: first the rod goes {:.2g} {} "
-      "towards "
-      "mid-travel and half-way back, and trips if it does not move as they say; `eha characterise -o` writes measured "
-      "ones",
+      "towards mid-travel and half-way back, and trips if it does not move as they say; `eha characterise -o` writes "
+      "measured ones",
       rig.file_name, unit.factor("in") * config::kShowing_in, unit.of("in")));
 }
 

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_line.hpp"
+#include "daemon/eha/service_text.hpp"
 
 namespace eha::cli {
 
@@ -41,10 +42,9 @@ std::string held_text(const std::string& experiment, const std::string& reason, 
         "the queue",
         experiment, reason);
   }
-  const std::size_t why = reason.find(": ");
+  const std::string why = wait_of(reason).why;
   return fmt::format("the rig is not armed, and {} is {}held{}; in another terminal: `{} && {}`{}", experiment,
-                     kind == HeldText::reminder ? "still " : "",
-                     why == std::string::npos ? "" : " (" + reason.substr(why + 2) + ")", arm, release,
+                     kind == HeldText::reminder ? "still " : "", why.empty() ? "" : " (" + why + ")", arm, release,
                      kind == HeldText::reminder  ? ""
                      : isatty(STDIN_FILENO) == 1 ? "; Ctrl-C here removes it from the queue"
                                                  : "; without a terminal this command does not wait for that");

@@ -105,23 +105,11 @@ std::string cut_to_width(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "...";
 }
 
-/// What an experiment waits for, and why; empty: no reason is known.
-struct Wait {
-  std::string command;
-  std::string why;
-};
-
-Wait parts_of(const std::string& waits_for) {
-  const std::size_t colon = waits_for.find(": ");
-  if (colon == std::string::npos) return {waits_for, {}};
-  return {waits_for.substr(0, colon), waits_for.substr(colon + 2)};
-}
-
 /// The result of an experiment, or what it waits for, in a few words; the first word of a fault is its cause.
 std::string short_text(const Json& entry) {
   const std::string state = entry.at("state");
   if (state == "running") return {};
-  if (state == "waiting" || state == "held") return "waits for " + parts_of(entry.value("waits_for", "")).command;
+  if (state == "waiting" || state == "held") return "waits for " + wait_of(entry.value("waits_for", "")).command;
   if (state == "fitting" && entry.contains("fitting_s")) {
     return fmt::format("for {} so far", duration_text(entry.at("fitting_s").get<double>()));
   }
@@ -138,6 +126,12 @@ std::string short_text(const Json& entry) {
 }
 
 }  // namespace
+
+Wait wait_of(const std::string& waits_for) {
+  const std::size_t colon = waits_for.find(": ");
+  if (colon == std::string::npos) return {waits_for, {}};
+  return {waits_for.substr(0, colon), waits_for.substr(colon + 2)};
+}
 
 std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
@@ -175,14 +169,14 @@ std::string queue_table(const Json& entries) {
     std::string& said = row[columns.size() + 1];
     const std::size_t taken = before + run.size() + (run.empty() ? 0 : 2);
     const std::string shown = taken + 3 < kLine ? cut_to_width(said, kLine - taken) : "";
-    said = run + (run.empty() || shown.empty() ? "" : "  ") + shown;
+    said = fmt::format("{}{}{}", run, run.empty() || shown.empty() ? "" : "  ", shown);
     row.erase(row.end() - 2);
   }
   columns.push_back({"run and result"});
   std::string table = text_table(columns, rows);
   for (const Json& entry : entries) {
     if (entry.at("state") != "held") continue;
-    const Wait wait = parts_of(entry.value("waits_for", ""));
+    const Wait wait = wait_of(entry.value("waits_for", ""));
     if (!wait.why.empty()) table += fmt::format("{} is held: {}\n", entry.at("entry").get<std::int64_t>(), wait.why);
   }
   return table;

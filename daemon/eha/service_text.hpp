@@ -25,8 +25,18 @@ namespace eha::cli {
 [[nodiscard]] nlohmann::ordered_json entry_of_run(const std::filesystem::path& run,
                                                   const std::filesystem::path& socket);
 
+/// What an experiment waits for, and why; empty: no reason is known.
+struct Wait {
+  std::string command;
+  std::string why;
+};
+
+/// The parts of the member `waits_for` of ehad-protocol(7): "eha arm, then eha queue release 5: the rig was disarmed".
+[[nodiscard]] Wait wait_of(const std::string& waits_for);
+
 /// Writes a table of a queue, 100 columns wide: the unfinished experiments, a ">" before the one that is played, and
-/// the last five finished ones. Cuts long results; `eha runs show RUN` has all of them.
+/// the last five finished ones. Cuts long results; `eha runs show RUN` has all of them. Below it, whole, why
+/// experiments are held.
 [[nodiscard]] std::string queue_table(const nlohmann::ordered_json& entries);
 
 }  // namespace eha::cli

@@ -235,18 +235,6 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
           grade_text(model)};
 }
 
-/// In the order of every table.
-std::vector<Model> sorted(std::vector<Model> models, const ident::Recommendation& recommendation) {
-  std::vector<const Model*> order;
-  for (const Model& model : models) order.push_back(&model);
-  const Model* first = ident::leading(order, recommendation);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](const Model* a, const Model* b) { return ident::stands_before(*a, *b, first); });
-  std::vector<Model> rows;
-  for (const Model* model : order) rows.push_back(*model);
-  return rows;
-}
-
 /// Converts every length of the answer to the unit, also in the sentence of a model that the recommendation quotes at
 /// its end.
 Answer shown_answer(Answer answer, const DisplayUnit& unit) {
@@ -395,7 +383,8 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;
-  const std::vector<Model> models = sorted(answer.models, recommendation);
+  const std::vector<Model> models =
+      ident::in_table_order(answer.models, recommendation, [](const Model& model) -> const Model& { return model; });
   for (const Model& model : models) rows.push_back(row_for(model, model.name));
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());

@@ -23,6 +23,7 @@
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/eha/tuned_rig.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/resolved_path.hpp"
@@ -76,9 +77,9 @@ struct TuneCommand {
   std::string model_file;
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
-  std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: kTrackMargin or kHoldMargin
-  std::optional<std::string> rig_file =
-      {};  ///< none: default_rig_file() of the rig of the model's run, else that of the run
+  std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: tune::usual_sensitivity()
+  /// None: default_rig_file() if it is of the rig of the model's run, else that of the run.
+  std::optional<std::string> rig_file = {};
   std::optional<std::string> twin_file = {};  ///< rig file of a simulated rig
   std::optional<std::string> sheet_run = {};  ///< run of [characterise]
   std::optional<double> tick_s = {};          ///< none: the rig's
@@ -110,21 +111,6 @@ Json json_of(const tune::ComparedKind& k) {
           {"lasting_error_s", k.lasting_error_s}};
 }
 
-constexpr double kTrackMargin = 1.4;
-constexpr double kHoldMargin = 1.2;
-
-/// Reads a rig file, or the one of a run.
-config::RigConfig rig_of(const fs::path& file_or_run) {
-  std::error_code ignored;
-  if (!fs::is_directory(file_or_run, ignored)) return config::load_rig(file_or_run.string());
-  const record::Manifest manifest = record::read_manifest(file_or_run);
-  const auto rig = manifest.other.find("rig");
-  if (rig == manifest.other.end() || !rig->contains("text")) {
-    throw DataError(file_or_run.string() + ": its run.json holds no rig file; name one with --rig");
-  }
-  return config::parse_rig(rig->at("text").get<std::string>(), (file_or_run / "run.json (rig)").string());
-}
-
 /// Returns the run that the model is from; none if it is of a file.
 std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& model) {
   std::error_code ignored;
@@ -134,13 +120,6 @@ std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& m
   }
   if (std::string record = record_of(model); record::is_run_folder(record)) return record;
   return std::nullopt;
-}
-
-/// Whether two rig files are of one rig; their limits and [following] may differ.
-bool is_one_rig(const config::RigConfig& a, const config::RigConfig& b) {
-  const auto* sim_a = std::get_if<hal::SimOptions>(&a.backend);
-  const auto* sim_b = std::get_if<hal::SimOptions>(&b.backend);
-  return a.name == b.name && (sim_a == nullptr) == (sim_b == nullptr) && (sim_a == nullptr || *sim_a == *sim_b);
 }
 
 /// Finds the rig file: the named one, or that of the run which the model is from. The default one counts instead if it
@@ -165,18 +144,9 @@ fs::path rig_path(const TuneCommand& command, const ident::Model& model, const C
 tune::TuneChoices choices_of(const TuneCommand& command, const config::RigConfig& rig) {
   tune::TuneChoices choices{.purpose = command.purpose,
                             .kind = command.kind,
-                            .sensitivity = command.sensitivity.value_or(
-                                command.purpose == ident::AxisPurpose::hold ? kHoldMargin : kTrackMargin),
+                            .sensitivity = command.sensitivity.value_or(tune::usual_sensitivity(command.purpose)),
                             .tick_s = command.tick_s};
-  if (command.twin_file) {
-    const config::RigConfig twin = config::load_rig(*command.twin_file);
-    const auto* sim = std::get_if<hal::SimOptions>(&twin.backend);
-    if (sim == nullptr) {
-      throw UsageError(fmt::format(
-          "--twin {}: expected a simulated rig; make one with `eha replay RUN --calibrate ...`", *command.twin_file));
-    }
-    choices.twin = *sim;
-  }
+  if (command.twin_file) choices.twin = twin_of(*command.twin_file);
   if (command.sheet_run) {
     const sheet::RunSheet sheet = sheet::sheet_of_run(*command.sheet_run);
     if (sheet.rig.name != rig.name) {
@@ -195,23 +165,8 @@ void refuse_existing(const fs::path& file) {
       fmt::format("{}: exists already, and no controller is overwritten; name another one with -o", file.string()));
 }
 
-/// Whether a controller for one rig does what it promises on the other.
-bool is_same_rig(const config::RigConfig& a, const config::RigConfig& b) {
-  if (!is_one_rig(a, b)) return false;
-  const auto& valve_a = a.limits.following;
-  const auto& valve_b = b.limits.following;
-  if (!valve_a || !valve_b) return valve_a.has_value() == valve_b.has_value();
-  return valve_a->null_V == valve_b->null_V && valve_a->dead_band_V == valve_b->dead_band_V;
-}
-
-/// Returns " --rig RIG" if the default rig file is of another rig.
-std::string rig_option(const TuneCommand& command, const config::RigConfig& rig) {
-  if (command.rig_file) return " --rig " + shell_word(*command.rig_file);
-  try {
-    if (is_same_rig(load_rig_or_default(std::nullopt), rig)) return "";
-  } catch (const Error&) {  // there is no default
-  }
-  return " --rig RIG.toml";
+std::string rig_words(const TuneCommand& command, const config::RigConfig& rig) {
+  return command.rig_file ? " --rig " + shell_word(*command.rig_file) : rig_option(rig);
 }
 
 /// Returns the command that tries the controller on a simulated rig: the service's, if the run was its own.
@@ -220,7 +175,7 @@ std::string track_command(const TuneCommand& command, const ident::Model& model,
   const std::optional<fs::path> run = run_of(command, model);
   const Json entry = run ? entry_of_run(*run, control::default_socket()) : Json();
   if (entry.is_object()) return fmt::format("eha track {}{}", file, entry.value("fast", false) ? " --fast" : "");
-  return fmt::format("eha track {}{} --local --fast", file, rig_option(command, rig));
+  return fmt::format("eha track {}{} --local --fast", file, rig_words(command, rig));
 }
 
 /// Why nothing shows that a model is of a rig: its record is of no run, or of a run of another rig. Empty: it is shown.
@@ -440,8 +395,7 @@ void add_tune(CLI::App& app, ParsedLine& line) {
       ->check(finite_number("a number from 1.1 to 3", [](double m) { return m >= 1.1 && m <= 3.0; }));
   sub->add_option("--rig", command.rig_file,
                   "Rig file whose limits and sensor apply (default as `eha run --local` for the rig of the model's "
-                  "run, else the "
-                  "run's own)")
+                  "run, else the run's own)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
   takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"),
@@ -451,71 +405,6 @@ void add_tune(CLI::App& app, ParsedLine& line) {
       ->type_name("SECONDS")
       ->check(finite_number("seconds from 0.0002 to 0.1", [](double s) { return s >= 0.0002 && s <= 0.1; }));
   sub->add_option("-o,--output", command.output, "File to write (default controller.toml)")->type_name("FILE");
-}
-
-bool is_controller_file(const std::string& path) {
-  std::error_code ignored;
-  if (fs::path(path).extension() != ".toml" || !fs::is_regular_file(path, ignored)) return false;
-  return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
-}
-
-std::string track_of_controller(const std::string& file, const config::ControllerConfig& controller) {
-  const std::string track = "eha track " + shell_word(file);
-  const config::ControllerProvenance& from = controller.provenance;
-  try {
-    const config::RigConfig rig = rig_of(from.rig_file);
-    if (hal::moves_machine(rig.backend)) return track;
-    const Json entry = record::is_run_folder(from.run) ? entry_of_run(from.run, control::default_socket()) : Json();
-    if (entry.is_object()) return track + (entry.value("fast", false) ? " --fast" : "");
-    std::error_code ignored;
-    const auto standard = default_rig_file();
-    const bool is_named =
-        fs::is_regular_file(from.rig_file, ignored) && !(standard && fs::equivalent(from.rig_file, *standard, ignored));
-    const std::string option = is_named ? " --rig " + shell_word(from.rig_file) : rig_option(TuneCommand{}, rig);
-    return track + option + " --local --fast";
-  } catch (const Error&) {  // the rig file or the run is elsewhere by now
-    return track;
-  }
-}
-
-std::string rig_units_of_controller(const config::ControllerConfig& controller) {
-  try {
-    return rig_of(controller.provenance.rig_file).units;
-  } catch (const Error&) {
-    return {};
-  }
-}
-
-tune::ControllerSubject controller_subject(config::ControllerConfig controller) {
-  tune::ControllerSubject subject{.controller = std::move(controller)};
-  const config::ControllerProvenance& from = subject.controller.provenance;
-  std::error_code ignored;
-  const auto again =
-      fmt::format("make the controller anew: eha tune {} --rig {}", shell_word(from.model), shell_word(from.rig_file));
-  if (!fs::is_regular_file(from.model, ignored) || !fs::exists(from.rig_file, ignored)) {
-    subject.why_without_plots = fmt::format(
-        "{} is not there any more; {}", fs::is_regular_file(from.model, ignored) ? from.rig_file : from.model, again);
-    return subject;
-  }
-  const config::RigConfig rig = rig_of(from.rig_file);
-  const bool is_same_rig = record::sha256_of(std::as_bytes(std::span(rig.text))) == from.rig_sha256;
-  if (!is_same_rig || record::sha256_of_file(from.model) != from.model_sha256) {
-    subject.why_without_plots =
-        fmt::format("{} has changed since; {}", is_same_rig ? from.model : from.rig_file, again);
-    return subject;
-  }
-  TuneCommand command;
-  command.purpose = subject.controller.purpose == "hold" ? ident::AxisPurpose::hold : ident::AxisPurpose::track;
-  command.tick_s = subject.controller.settings.tick_s;
-  if (fs::is_regular_file(from.twin, ignored)) command.twin_file = from.twin;
-  subject.inputs = tune::tune_inputs(read_model(from.model), rig, choices_of(command, rig));
-  ident::TrialPlan plan = ident::trial_plan(subject.controller.settings);
-  plan.hold_s = 5.0;
-  hal::SimOptions twin = subject.inputs->task.twin;
-  twin.initial_displacement_in = 0.5 * (plan.lowest + plan.highest);
-  static_cast<void>(
-      tune::axis_trial(twin, ident::coefficients(subject.controller.settings), plan, &subject.trace.emplace()));
-  return subject;
 }
 
 }  // namespace eha::cli

@@ -36,8 +36,9 @@ namespace {
 
 constexpr const char* kValidateFooter = R"(
 Scores a model on a record it has not seen: the verdict first, then the scores with its offset kept and with the offset
-estimated anew, and the residual's correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after --discard seconds is scored.
-A model that comes to rest begins at this record's own level. Input between rows: as the model was estimated, or --intersample.
+estimated anew, and the residual's correlations. SOURCE is a run folder or a file, as for `eha fit`; all of it after
+--discard seconds is scored. A model that comes to rest begins at this record's own level. Input between rows: as the
+model was estimated, or --intersample.
 Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
 and whose error is more than 1.5 times its error, and that on its own record, is of another plant, and rejected.
 Exit code 0: accepted; 3: rejected.

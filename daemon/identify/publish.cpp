@@ -75,6 +75,12 @@ void write_tables(const Identification& identification, const fs::path& folder, 
   }
 }
 
+bool is_folder_or_missing(const fs::path& path) {
+  std::error_code ignored;
+  const fs::file_type type = fs::symlink_status(path, ignored).type();
+  return type == fs::file_type::directory || type == fs::file_type::not_found;
+}
+
 enum class Came { accepted, rejected };
 
 /// The folders of a run's models, held open: whoever owns the run could put a link in their place at any time, and
@@ -93,6 +99,7 @@ class ModelFolders {
       const bool is_there = fs::exists(fs::symlink_status(rejected, ignored));
       if (has_rejected || is_there) rejected_ = os::open_folder(rejected);
     } catch (const IoError&) {
+      if (is_folder_or_missing(accepted_path_) && is_folder_or_missing(accepted_path_ / record::kRejectedFolder)) throw;
       throw PermissionError(
           fmt::format("{}: it, or its folder {}, is a link or no folder, and models are written into no folder that "
                       "somebody else may have chosen; remove it",

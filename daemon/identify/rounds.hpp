@@ -31,12 +31,11 @@ struct NextExperiment {
 /// File of the next experiment, beside the models or in the run's folder.
 inline constexpr std::string_view kNextExperimentFile = "next_experiment.toml";
 
-/// Returns the source's experiment with twice the repetitions, and at least two whole ones
-/// behind the discarded time: more periods of the same excitation reduce the variance
-/// due to noise. In place of an input that hardly moves, as a step, or hardly leaves the valve's dead band, and of what
-/// the rehearsal on the rig of the run does not let pass, a multisine of three tones that it does. Nothing without an
-/// experiment, beyond 16 repetitions, if the file cannot be read back, or if the rehearsal lets neither pass. A rig
-/// that cannot be rehearsed, or none, refuses nothing.
+/// Returns the source's experiment with twice the repetitions, and at least two whole ones behind the discarded time:
+/// more periods of the same excitation reduce the variance due to noise. In place of an input that hardly moves, as a
+/// step, or hardly leaves the valve's dead band, and of what the rehearsal on the rig of the run does not let pass, a
+/// multisine of three tones that it does. Nothing without an experiment, beyond 16 repetitions, if the file cannot be
+/// read back, or if the rehearsal lets neither pass. A rig that cannot be rehearsed, or none, refuses nothing.
 [[nodiscard]] std::optional<NextExperiment> longer_experiment(const Source& source);
 
 }  // namespace eha::identify

@@ -138,8 +138,7 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
   return fmt::format(
       "{} of {} rows were moved by up to {:.3g} s to an even step of {:.6g} s: the input takes effect by as much "
       "earlier or later than a model has it, so that its figures are less exact than their intervals say; record with "
-      "an even "
-      "clock",
+      "an even clock",
       even.moved_rows, rows, even.most_moved_s, even.step_s);
 }
 

@@ -22,8 +22,8 @@
 #include "daemon/importer/import.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/split_clock.hpp"
+#include "daemon/importer/text_columns.hpp"
 #include "daemon/importer/text_lines.hpp"
-#include "daemon/record/record_csv.hpp"
 
 namespace eha::importer {
 namespace {
@@ -72,7 +72,7 @@ class TextTable final : public Table {
       refuse_long_log(dialect_, path);
       told_period_s_ = period_above_rows(first, dialect_);
     }
-    name_columns();
+    columns_ = named_columns(dialect_, lines_, path);
     sample(first);
     refuse_time_stamps();
     if (!dialect_.is_record_format) note_guesses();
@@ -197,68 +197,8 @@ class TextTable final : public Table {
     }
   }
 
-  void name_columns() {
-    columns_.resize(dialect_.fields);
-    for (std::size_t i = 0; i < columns_.size(); ++i) {
-      Column& column = columns_[i];
-      if (i < dialect_.names.size()) column.label = lines_.decoded(dialect_.names[i]);
-      // A name appears in messages and in the files written, so no control characters.
-      if (std::any_of(column.label.begin(), column.label.end(), [](unsigned char c) { return c < ' ' || c == 0x7f; })) {
-        throw DataError(
-            fmt::format("{}:{}: column {} of the header is named {}; control characters are no part of a name",
-                        path_.string(), dialect_.header_line, i + 1, quoted_for_message(column.label)));
-      }
-      if (dialect_.is_record_format) {
-        const ident::Channel channel = record::channel_from_header(column.label);
-        column.name = channel.name;
-        column.unit = channel.unit;
-      } else {
-        std::tie(column.name, column.unit) = name_and_unit(column.label);
-      }
-      if (i < dialect_.units.size() && column.unit.empty()) column.unit = unit_of(lines_.decoded(dialect_.units[i]));
-    }
-    // "Time ms" has one as the columns beside it may have.
-    const auto has_other_form = [](const Column& column) {
-      return !column.unit.empty() && name_and_unit(column.label).first != column.label;
-    };
-    if (!dialect_.units.empty() || std::any_of(columns_.begin(), columns_.end(), has_other_form)) return;
-    std::vector<std::string> labels;
-    for (const Column& column : columns_) labels.push_back(column.label);
-    const auto split = names_and_last_units(labels);
-    for (std::size_t i = 0; i < split.size(); ++i) std::tie(columns_[i].name, columns_[i].unit) = split[i];
-  }
-
   void sample(const std::vector<std::string>& first) {
-    CsvFields fields(dialect_.delimiter);
-    std::vector<std::size_t> texts(columns_.size());
-    std::vector<ClockReader> clocks(columns_.size());
-    std::size_t rows = 0;
-    for (std::size_t i = dialect_.first_data_line - 1; i < first.size() && rows < kSampledRows; ++i) {
-      if (is_comment(first[i]) || !fields.split(first[i]) || fields.size() < columns_.size()) continue;
-      ++rows;
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        double value = 0.0;
-        const NumberKind kind = parse_number(fields[c], dialect_.signs, value);
-        if (kind == NumberKind::none) {
-          ++texts[c];
-          if (columns_[c].sampled_text.empty()) columns_[c].sampled_text = lines_.decoded(fields[c]);
-          if (const auto time_s = clocks[c].seconds(fields[c])) {
-            columns_[c].is_clock = true;
-            value = *time_s;
-          }
-        }
-        columns_[c].sample.push_back(value);
-      }
-    }
-    // One word in a column of numbers is a fault of its row, not of the column.
-    for (std::size_t c = 0; c < columns_.size(); ++c) {
-      const auto is_missing = [](double x) { return std::isnan(x); };
-      columns_[c].is_number = 2 * texts[c] <= rows && (rows == 0 || !std::all_of(columns_[c].sample.begin(),
-                                                                                 columns_[c].sample.end(), is_missing));
-    }
-    for (std::size_t c = 0; c < dialect_.holds_facts.size(); ++c) {
-      if (dialect_.holds_facts[c]) columns_[c].is_number = columns_[c].is_clock = false;
-    }
+    sample_columns(columns_, first, dialect_, lines_);
     join_split_clock(first);
     const auto leads = [](const Column& column) { return column.is_number || column.is_clock; };
     lead_ = static_cast<std::size_t>(std::find_if(columns_.begin(), columns_.end(), leads) - columns_.begin());

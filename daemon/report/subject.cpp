@@ -85,18 +85,8 @@ void read_ended_trial(const fs::path& path, Subject& subject) {
 
 /// Puts the models in the order of every table.
 void sort_models(Subject& subject, const ident::Recommendation& chosen) {
-  std::vector<const ident::Model*> all;
-  for (const ReportedModel& reported : subject.models) all.push_back(&reported.model);
-  const ident::Model* first = ident::leading(all, chosen);
-  std::stable_sort(all.begin(), all.end(),
-                   [&](const ident::Model* a, const ident::Model* b) { return ident::stands_before(*a, *b, first); });
-  std::vector<ReportedModel> sorted;
-  for (const ident::Model* model : all) {
-    const auto at = std::find_if(subject.models.begin(), subject.models.end(),
-                                 [&](const ReportedModel& reported) { return &reported.model == model; });
-    sorted.push_back(*at);
-  }
-  subject.models = std::move(sorted);
+  subject.models = ident::in_table_order(
+      subject.models, chosen, [](const ReportedModel& reported) -> const ident::Model& { return reported.model; });
   subject.has_recommendation =
       !chosen.model.empty() && !subject.models.empty() && subject.models.front().model.name == chosen.model;
   const bool has_runner_up =

@@ -31,7 +31,7 @@ struct Subject {
   std::string name;                                     ///< of the run, or of the models
   std::string written = {};                             ///< when the newest of the model files was, UTC; of a run empty
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
-  std::vector<ReportedModel> models = {};               ///< in the order of ident::stands_before()
+  std::vector<ReportedModel> models = {};               ///< in the order of ident::table_order()
   bool has_recommendation = false;                      ///< models.front() is recommended
   std::string runner_up = {};                           ///< name of the recommended model's; empty: none
   std::size_t pictured_models = 2;                      ///< the pictures show up to so many

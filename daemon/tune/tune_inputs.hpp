@@ -12,12 +12,17 @@
 
 namespace eha::tune {
 
+/// Greatest max(Ms, Mt) where nobody names another: less for a rod that is held than for one that follows.
+[[nodiscard]] constexpr double usual_sensitivity(ident::AxisPurpose purpose) noexcept {
+  return purpose == ident::AxisPurpose::hold ? 1.2 : 1.4;
+}
+
 /// Choices for a controller beside the model and the rig file.
 struct TuneChoices {
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};
-  double sensitivity = 1.4;
-  std::optional<double> tick_s = {};            ///< none: the rig's
+  double sensitivity = usual_sensitivity(ident::AxisPurpose::track);  ///< greatest max(Ms, Mt)
+  std::optional<double> tick_s = {};                                  ///< none: the rig's
   std::optional<hal::SimOptions> twin = {};     ///< fitted to this rig; none: the rig's own if it is simulated, else
                                                 ///< estimated from model and valve
   std::optional<ident::ValveSheet> sheet = {};  ///< of eha characterise

@@ -118,8 +118,7 @@ std::string map_note(const Model& model) {
     const bool is_up = std::abs(model.input_map->negative_gain_ratio) < 1.0;
     return fmt::format(
         "the record moved the output in one direction only: of the dead band it shows the edge at {:.3g}{}, and null "
-        "and "
-        "half dead band of the fit are not the valve's",
+        "and half dead band of the fit are not the valve's",
         is_up ? upper_edge(*model.input_map) : lower_edge(*model.input_map), after_number(model.input_unit));
   }
   const double shift = shift_of(model);

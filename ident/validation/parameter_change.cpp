@@ -147,8 +147,7 @@ std::string map_instead(const std::vector<std::string>& changed, bool has_map) {
   if (shown.empty()) return {};
   return fmt::format(
       "without a valve map a dead band or null that changed shows as {}: `eha compare` of two such records fits the "
-      "map "
-      "and tells which",
+      "map and tells which",
       fmt::join(shown, " and "));
 }
 

@@ -9,6 +9,7 @@
 #include <complex>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -340,6 +341,26 @@ const Model* next_best(const Models& order, const Model& picked) {
   return first != nullptr && ar_bic(*first) > ar_bic(picked) + kFarWorse ? least : first;
 }
 
+/// @param first  stands before every other model; null: none does
+bool stands_before(const Model& a, const Model& b, const Model* first) {
+  constexpr std::array<std::string_view, 6> kOrder{"good", "usable", kOutdone, kNotNeeded, kNotDetermined, "rejected"};
+  const auto place = [&](const Model& model) {
+    if (&model == first) return -1;
+    const std::string_view word = model.verdict ? verdict_word(*model.verdict) : std::string_view();
+    return static_cast<int>(std::find(kOrder.begin(), kOrder.end(), word) - kOrder.begin());
+  };
+  return std::pair(place(a), shown_mse(a)) < std::pair(place(b), shown_mse(b));
+}
+
+/// The model that stands first; null: no models.
+const Model* leading(const Models& models, const Recommendation& recommendation) {
+  const std::string& name = recommendation.model.empty() ? recommendation.runner_up : recommendation.model;
+  const auto named = std::find_if(models.begin(), models.end(), [&](const Model* m) { return m->name == name; });
+  if (named != models.end()) return *named;
+  const Models all = compared(models);
+  return !all.empty() && all.size() == models.size() ? all.front() : nullptr;
+}
+
 }  // namespace
 
 const Model* explaining(const Model& model, const std::vector<const Model*>& models) {
@@ -450,25 +471,13 @@ double shown_mse(const Model& model) {
   return std::isnan(mse) ? std::numeric_limits<double>::infinity() : mse;  // of an output that overflowed
 }
 
-bool stands_before(const Model& a, const Model& b, const Model* first) {
-  constexpr std::array<std::string_view, 6> kOrder{"good", "usable", kOutdone, kNotNeeded, kNotDetermined, "rejected"};
-  const auto place = [&](const Model& model) {
-    if (&model == first) return -1;
-    const std::string_view word = model.verdict ? verdict_word(*model.verdict) : std::string_view();
-    return static_cast<int>(std::find(kOrder.begin(), kOrder.end(), word) - kOrder.begin());
-  };
-  return std::pair(place(a), shown_mse(a)) < std::pair(place(b), shown_mse(b));
-}
-
-const Model* leading(const Models& models, const Recommendation& recommendation) {
-  if (models.empty()) return nullptr;
-  const std::string& name = recommendation.model.empty() ? recommendation.runner_up : recommendation.model;
-  const auto named = std::find_if(models.begin(), models.end(), [&](const Model* m) { return m->name == name; });
-  if (named != models.end()) return *named;
-  const Models all = compared(models);
-  if (all.size() == models.size()) return all.front();
-  return *std::min_element(models.begin(), models.end(),
-                           [](const Model* a, const Model* b) { return stands_before(*a, *b, nullptr); });
+std::vector<std::size_t> table_order(const Models& models, const Recommendation& recommendation) {
+  const Model* first = leading(models, recommendation);
+  std::vector<std::size_t> order(models.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return stands_before(*models[a], *models[b], first); });
+  return order;
 }
 
 std::string unclear_choice(const Recommendation& recommendation) {

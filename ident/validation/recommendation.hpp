@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,14 +56,23 @@ inline constexpr double kFractionalGain = 10.0;
 /// Whether an order of the model was estimated.
 [[nodiscard]] bool has_estimated_order(const Model& model);
 
-/// The model that stands first in every table: the recommended one; without one that which the reason names
-/// (`runner_up`), else the one of least AR-BIC where all have one, else the first of the order. Null: no models.
-[[nodiscard]] const Model* leading(const std::vector<const Model*>& models, const Recommendation& recommendation);
+/// The order of every table of models, as places in `models`: first the recommended one; without one that which the
+/// reason names (`runner_up`), else the one of least AR-BIC where all have one. Then by verdict_word() (good, usable,
+/// outdone, not needed, undetermined, rejected, not judged), within it the least rms error first, on the validation
+/// part where there is one.
+[[nodiscard]] std::vector<std::size_t> table_order(const std::vector<const Model*>& models,
+                                                   const Recommendation& recommendation);
 
-/// The order of every table of models: `first`, then by verdict_word() (good, usable, outdone, not needed,
-/// undetermined, rejected, not judged), within it the least rms error first, on the validation part where there is one.
-/// @param first  as leading(); null for none @returns whether a stands before b
-[[nodiscard]] bool stands_before(const Model& a, const Model& b, const Model* first);
+/// Rows of such a table in that order. @param model_of  the model of a row, by reference
+template <typename Row, typename ModelOf>
+[[nodiscard]] std::vector<Row> in_table_order(const std::vector<Row>& rows, const Recommendation& recommendation,
+                                              ModelOf model_of) {
+  std::vector<const Model*> models;
+  for (const Row& row : rows) models.push_back(&model_of(row));
+  std::vector<Row> sorted;
+  for (const std::size_t i : table_order(models, recommendation)) sorted.push_back(rows[i]);
+  return sorted;
+}
 
 /// Mean square of the error that tables show: on the validation part, else on the samples that estimated; infinite
 /// without either.

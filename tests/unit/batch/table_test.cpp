@@ -12,6 +12,7 @@
 
 #include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
+#include "daemon/batch/table_text.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {

@@ -29,7 +29,20 @@ using record::read_manifest;
 using record::read_run;
 using record::read_ticks;
 
-class Play : public record::RecordTest {};
+class Play : public record::RecordTest {
+ protected:
+  /// Plays ten repetitions of 2 s in virtual time, which a judge may end.
+  Outcome outcome_with(EarlyEnd& judge) {
+    set_duration(2.0);
+    experiment_.repetitions = 10;
+    PlayRequest judged = request();
+    judged.early_end = &judge;
+    const auto rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
+    acquisition::StateMachine machine;
+    EXPECT_TRUE(machine.reset() && machine.arm());
+    return play::play(*rig, machine, judged, stop_).report.outcome;
+  }
+};
 
 TEST_F(Play, LeavesEveryFileOfARunFolderAndReadsBackWhatWasPlayed) {
   const FinishedRun finished = run();
@@ -206,15 +219,8 @@ TEST_F(Play, EndsInVirtualTimeWhenTheRowsThatAreToBeJudgedCannotBeWritten) {
   class NeverJudges final : public EarlyEnd {
     void note(int) override {}
   } judge;
-  set_duration(2.0);
-  experiment_.repetitions = 10;
-  PlayRequest judged = request();
-  judged.early_end = &judge;
-  const auto rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
-  acquisition::StateMachine machine;
-  ASSERT_TRUE(machine.reset() && machine.arm());
   const FileSizeLimit limit(100'000);
-  EXPECT_EQ(play::play(*rig, machine, judged, stop_).report.outcome, Outcome::write_failed);
+  EXPECT_EQ(outcome_with(judge), Outcome::write_failed);
 }
 
 TEST_F(Play, EndsInVirtualTimeOnAStopWhileARepetitionIsJudged) {
@@ -227,14 +233,7 @@ TEST_F(Play, EndsInVirtualTimeOnAStopWhileARepetitionIsJudged) {
 
     acquisition::StopRequest& stop_;
   } judge(stop_);
-  set_duration(2.0);
-  experiment_.repetitions = 10;
-  PlayRequest judged = request();
-  judged.early_end = &judge;
-  const auto rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), rig_config_.limits.safe_V);
-  acquisition::StateMachine machine;
-  ASSERT_TRUE(machine.reset() && machine.arm());
-  EXPECT_EQ(play::play(*rig, machine, judged, stop_).report.outcome, Outcome::interrupted);
+  EXPECT_EQ(outcome_with(judge), Outcome::interrupted);
 }
 
 /// A disk of 20 MB, for root only.

@@ -9,6 +9,7 @@
 #include <functional>
 #include <string>
 
+#include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
 
@@ -120,6 +121,19 @@ TEST(Rehearsal, PlaysTheRampsBeforeAndAfterTheTable) {
   const double ramp_in = 0.5 * speed * open_V / 2.6;
   EXPECT_NEAR(found->highest_in, 2.0 + 2.9 * speed + 2.0 * ramp_in, 0.15);
   EXPECT_GT(rehearse(steady, rig, 2.95)->chance_of_trip, 0.95);
+}
+
+TEST(Rehearsal, BeginsBehindThePlacingThatShowsARodByNumbersThatNobodyMeasured) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  ASSERT_TRUE(config::shows_motion_first(rig));
+  const config::PreparedExperiment experiment = sine(balanced_V(), "", 10.0);  // ends before a limit
+  const auto shown = rehearse(experiment, rig, 2.0);
+  rig.limits.following->measured_check = config::measured_check_of(*rig.limits.following);
+  rig.limits.following->measured_rig_check = config::measured_rig_check_of(rig.backend);
+  const auto measured = rehearse(experiment, rig, 2.0);
+  ASSERT_TRUE(shown && measured);
+  EXPECT_NEAR(shown->highest_in - measured->highest_in, 0.15, 0.02);
+  EXPECT_NEAR(shown->lowest_in - measured->lowest_in, 0.15, 0.02);
 }
 
 TEST(Rehearsal, IsNoneWithoutTheValveAndForAPlacing) {

@@ -150,19 +150,17 @@ TEST(Recommendation, HasOneOrderForEveryTable) {
   models[4].validation->score.mse = 1.0;
   models[4].verdict->criteria.push_back(
       {.kind = CriterionKind::above_recommended, .value = 50.0, .limit = 10.0, .passed = false});
-  std::vector<const Model*> shown;
-  for (const Model& model : models) shown.push_back(&model);
-  Recommendation recommendation{.model = "picked"};
-  const Model* first = leading(shown, recommendation);
-  std::stable_sort(shown.begin(), shown.end(),
-                   [&](const auto* a, const auto* b) { return stands_before(*a, *b, first); });
-  std::string names;
-  for (const Model* model : shown) names += model->name + " ";
-  EXPECT_EQ(names, "picked near far outdone rejected ");
-  recommendation.model.clear();
-  EXPECT_EQ(leading(shown, recommendation)->name, "rejected") << "the least AR-BIC, which the reason names";
-  recommendation.runner_up = "far";
-  EXPECT_EQ(leading(shown, recommendation)->name, "far");
+  const auto names = [&](const Recommendation& recommendation) {
+    std::string text;
+    for (const Model& model :
+         in_table_order(models, recommendation, [](const Model& m) -> const Model& { return m; })) {
+      text += model.name + " ";
+    }
+    return text;
+  };
+  EXPECT_EQ(names({.model = "picked"}), "picked near far outdone rejected ");
+  EXPECT_EQ(names({}), "rejected near far picked outdone ") << "the least AR-BIC, which the reason names";
+  EXPECT_EQ(names({.runner_up = "far"}), "far near picked outdone rejected ");
 }
 
 TEST(Recommendation, LeavesOutWhatTheEstimationPartAlreadyRejects) {

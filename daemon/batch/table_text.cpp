@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/table_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "ident/model/parameter_text.hpp"
+#include "ident/validation/parameter_change.hpp"
+
+namespace eha::batch {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "0001-sim, 0003-b and 4 more".
+std::string names_of(const Table& table, const std::vector<std::size_t>& rows) {
+  constexpr std::size_t kMostListed = 8;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(rows.size(), kMostListed); ++i) {
+    names += (i == 0 ? "" : ", ") + table.rows[rows[i]].record.id;
+  }
+  return rows.size() <= kMostListed ? names : names + fmt::format(" and {} more", rows.size() - kMostListed);
+}
+
+}  // namespace
+
+std::string other_units_text(const Table& table) {
+  return names_of(table, rows_in_other_units(table.rows, table.common_model));
+}
+
+std::string grade_note(const Table& table) {
+  const auto has = [&](std::string_view grade) {
+    return std::any_of(table.rows.begin(), table.rows.end(), [&](const Row& row) { return grade_of(row) == grade; });
+  };
+  if (!has("good") || !has("usable")) return {};
+  return "A grade is about what the tests can see beside the noise of its record: the model of a noisy record may be "
+         "good where that of a clean one, with a smaller error, is usable.";
+}
+
+std::string warning_text(const Table& table, const WarningKind& kind) {
+  return fmt::format("{} of {} {} ({}): {}", kind.rows.size(), table.rows.size(),
+                     table.rows.size() == 1 ? "record" : "records", names_of(table, kind.rows), kind.text);
+}
+
+std::string outlier_text(const Outlier& outlier) {
+  const auto with_unit = [&](const char* format, double value) {
+    return fmt::format(fmt::runtime(format), value) + ident::after_number(outlier.unit);
+  };
+  return fmt::format("{} is {}, more than {} from the median of all, {}", outlier.parameter,
+                     with_unit("{:.4g}", outlier.value), with_unit("{:.2g}", outlier.half_width),
+                     with_unit("{:.4g}", outlier.median));
+}
+
+std::string instead_text(const Row& row, const std::string& common_model) {
+  std::vector<std::string> changed;
+  for (const Outlier& one : row.outliers) changed.push_back(one.parameter);
+  bool has_map = false;
+  for (const Json& model : row.fit.value("models", Json::array())) {
+    has_map = has_map || (model.at("name") == common_model && model.contains("input_map"));
+  }
+  const auto is_of_map = [](const std::string& name) {
+    return name == "null" || name == "dead_band" || name == "negative_gain_ratio";
+  };
+  std::vector<std::string> causes;
+  std::vector<std::string> followers;
+  for (const std::string& name : changed) (is_of_map(name) ? causes : followers).push_back(name);
+  if (has_map && !causes.empty() && !followers.empty()) return ident::lets_follow(causes, followers);
+  return ident::map_instead(changed, has_map);
+}
+
+std::string why_none(const Row& row) {
+  if (!row.judged || row.recommended != "none") return {};
+  const auto found = row.fit.find("recommendation");
+  if (found == row.fit.end() || !found->is_object()) return {};
+  const auto reason = found->find("reason");
+  return reason != found->end() && reason->is_string() ? reason->get<std::string>() : std::string();
+}
+
+std::string resolution_text(const Table& table) {
+  std::string text;
+  for (const Resolution& one : table.resolutions) {
+    const std::string unit = ident::after_number(one.unit);
+    text += fmt::format("{}{} {:.2g}{} (furthest: {:.4g}{} in {}, median {:.4g}{})", text.empty() ? "" : "; ",
+                        one.parameter, one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id,
+                        one.median, unit);
+  }
+  return text;
+}
+
+std::string change_text(const Trend& trend) {
+  return fmt::format("{} by {:.3g}{}", trend.change > 0.0 ? "rises" : "falls", std::abs(trend.change),
+                     ident::after_number(trend.unit));
+}
+
+}  // namespace eha::batch
