@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/report/html.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::tune {
 namespace {
@@ -68,6 +69,35 @@ std::string margins(const config::ControllerPromise& p) {
       p.delay_margin_s.value, at_least(p.delay_margin_s.lower));
 }
 
+/// "0.0123 in, promised at most 0.01": one figure of a trial.
+std::string beside_limit(const MeasuredFigure& figure, const DisplayUnit& unit) {
+  const double factor = unit.factor(figure.unit);
+  return fmt::format("{:.3g}{}, promised at {} {:.3g}", factor * figure.value,
+                     ident::after_number(unit.of(figure.unit)), figure.is_least ? "least" : "most",
+                     factor * figure.limit);
+}
+
+/// What the headline says of the errors: as measured on the rig, else as promised.
+std::string errors_text(const ControllerSubject& subject) {
+  const double factor = subject.unit.factor("in");
+  const std::string in = subject.unit.of("in");
+  const config::ControllerPromise& p = subject.controller.promise;
+  if (!subject.measured) {
+    return fmt::format("error within {} {} while it moves, {} {} at rest", at_most(factor * p.following_worst_in.upper),
+                       in, at_most(factor * p.rest_error_in.upper), in);
+  }
+  std::string text = "promise kept";
+  const auto add = [&](std::string_view name, std::string_view when) {
+    for (const MeasuredFigure& figure : subject.measured->figures) {
+      if (figure.name == name)
+        text += fmt::format(", {} error {:.3g} {}", when, subject.unit.factor(figure.unit) * figure.value, in);
+    }
+  };
+  add("following error, worst", "greatest measured");
+  add("error at rest, worst", "at rest");
+  return text;
+}
+
 std::string upper_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return text;
@@ -83,7 +113,9 @@ std::string answer_box(const ControllerSubject& subject) {
   std::vector<std::string> not_kept;
   if (subject.measured) {
     for (const MeasuredFigure& figure : subject.measured->figures) {
-      if (figure.kept == "no") not_kept.push_back(figure.name);
+      if (figure.kept == "no") {
+        not_kept.push_back(fmt::format("{} ({})", figure.name, beside_limit(figure, subject.unit)));
+      }
     }
   }
   std::string promise = report::paragraph(fmt::format(
@@ -128,12 +160,8 @@ std::string answer_box(const ControllerSubject& subject) {
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
           : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
             "then `eha export` with `--format st` (or c, simulink) writes it for a PLC.");
-  return fmt::format(
-      "<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
-      report::escaped(fmt::format(
-          "{}: {}error within {} {} while it moves, {} {} at rest", name, subject.measured ? "promise kept, " : "",
-          at_most(factor * p.following_worst_in.upper), in, at_most(factor * p.rest_error_in.upper), in)),
-      promise);
+  return fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
+                     report::escaped(fmt::format("{}: {}", name, errors_text(subject))), promise);
 }
 
 }  // namespace eha::tune

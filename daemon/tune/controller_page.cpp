@@ -330,7 +330,7 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   section.items.push_back({.heading = "Measured beside promised, run " + trial.run,
                            .html = report::table({{"figure", Column::text},
                                                   {"measured", Column::number},
-                                                  {"of it noise", Column::number},
+                                                  {"noise adds to", Column::number},
                                                   {"promised", Column::number},
                                                   {"unit", Column::text},
                                                   {"kept", Column::text}},

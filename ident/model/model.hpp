@@ -124,10 +124,18 @@ enum class NonlinearKind { level, direction, motion, position };
 /// "level", "direction", "motion" or "position", as in model files.
 [[nodiscard]] std::string_view text(NonlinearKind kind);
 
+/// How the plant's gain changes where the input grows: it falls as where something saturates, and grows as beyond a
+/// dead band.
+enum class GainTrend { unknown, falls, grows };
+
+/// "falls" or "grows", as in model files; "" if unknown.
+[[nodiscard]] std::string_view text(GainTrend trend);
+
 /// Test of the residual for effects of a nonlinear plant.
 struct NonlinearityTest {
   ResidualTest test;                          ///< all kinds together
   NonlinearKind kind = NonlinearKind::level;  ///< the kind that explains most of the residual
+  GainTrend gain = GainTrend::unknown;        ///< beside the model's, of kind level
 };
 
 /// Predicted RMS error of the model's output on a fresh input of the same kind, without noise, over the output's

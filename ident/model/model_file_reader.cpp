@@ -203,7 +203,7 @@ ResidualTest read_test(const Node& node) {
 }
 
 NonlinearityTest read_nonlinearity(const Node& node) {
-  const Node object = node.object({"statistic", "degrees", "p", "kind"});
+  const Node object = node.object({"statistic", "degrees", "p", "kind", "gain"});
   NonlinearityTest nonlinearity;
   read_into(object, nonlinearity.test);
   std::string kind;
@@ -211,6 +211,11 @@ NonlinearityTest read_nonlinearity(const Node& node) {
   for (const NonlinearKind known :
        {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
     if (kind == text(known)) nonlinearity.kind = known;
+  }
+  std::string gain;
+  if (object.has("gain")) object.read("gain", gain);
+  for (const GainTrend known : {GainTrend::falls, GainTrend::grows}) {
+    if (gain == text(known)) nonlinearity.gain = known;
   }
   return nonlinearity;
 }

@@ -131,6 +131,8 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     if (const auto& nonlinearity = report.tests->nonlinearity) {
       object["residual_tests"]["nonlinearity"] = test_to_json(nonlinearity->test);
       object["residual_tests"]["nonlinearity"]["kind"] = text(nonlinearity->kind);
+      if (nonlinearity->gain != GainTrend::unknown)
+        object["residual_tests"]["nonlinearity"]["gain"] = text(nonlinearity->gain);
     }
     if (report.tests->moved) object["residual_tests"]["moved_samples"] = *report.tests->moved;
     if (const auto& error = report.tests->error) {

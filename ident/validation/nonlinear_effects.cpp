@@ -107,6 +107,18 @@ std::string_view text(NonlinearKind kind) {
   return "position";
 }
 
+std::string_view text(GainTrend trend) {
+  switch (trend) {
+    case GainTrend::falls:
+      return "falls";
+    case GainTrend::grows:
+      return "grows";
+    case GainTrend::unknown:
+      break;
+  }
+  return "";
+}
+
 std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnRecord& outputs, std::size_t first) {
   if (grows(model.transfer_function)) return {};
   const Record& record = outputs.record();

@@ -17,6 +17,11 @@ struct NonlinearEffects {
   Eigen::MatrixXd columns;
 };
 
+// Columns G |v| and G v|v| of the effects of kind level. A residual along the second is of a gain that grows with the
+// input.
+inline constexpr Eigen::Index kEvenLevel = 0;
+inline constexpr Eigen::Index kOddLevel = 4;
+
 /// With v the input behind the model's map, about its mean, d the direction of its last change, G the model's transfer
 /// function and y its output, about its mean:
 ///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at three lags: a gain or an opening that changes with v;

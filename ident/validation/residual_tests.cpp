@@ -23,6 +23,7 @@ constexpr Eigen::Index kLags = 20;
 constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
 constexpr Eigen::Index kFutureLags = 10;
+constexpr double kClearTrend = 1e-3;   // chance of a trend where there is none
 constexpr double kLeastBeside = 1e-4;  // of the norm; a smaller rest is nearly a combination of other columns
 constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
 // Ratio of the errors of a model on two draws of the input: exceeded by 3 of 84 plants outside every structure.
@@ -108,6 +109,16 @@ ResidualTest whiteness_test(const Eigen::VectorXd& w, const Eigen::MatrixXd& unk
 
 using Whiten = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
 
+/// Whether the residual is one of a gain that changes with the size of the input, beside what a linear plant and
+/// effects that are alike for both signs of the input do. @param effects  of kind level, whitened
+GainTrend gain_trend(const Innovations& of, const Eigen::MatrixXd& effects, const Eigen::MatrixXd& linear) {
+  Eigen::MatrixXd others(linear.rows(), linear.cols() + 1);
+  others << linear, effects.col(kEvenLevel);
+  const Eigen::MatrixXd growing = beside(effects.col(kOddLevel), basis_of(others));
+  if (growing.cols() == 0 || test_along(of, growing).p > kClearTrend) return GainTrend::unknown;
+  return growing.col(0).dot(of.w) < 0.0 ? GainTrend::falls : GainTrend::grows;
+}
+
 /// @param past  an orthonormal basis of the input's lags, whose effect another test covers
 NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& innovations, const Eigen::MatrixXd& past,
                                    const Whiten& white) {
@@ -119,13 +130,16 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   const Eigen::MatrixXd linear_basis = basis_of(linear);
   Eigen::MatrixXd all(past.rows(), 0);
   for (const NonlinearEffects& effects : part.effects) {
-    const Eigen::MatrixXd columns = beside(white(effects.columns), past);
+    const Eigen::MatrixXd whitened = white(effects.columns);
+    const Eigen::MatrixXd columns = beside(whitened, past);
     const ResidualTest one = test_along(innovations, basis_of(beside(columns, linear_basis)));
     // BIC of the effects of each kind; the p values of strong effects are all 0.
     const double gain = one.statistic - static_cast<double>(one.degrees) * std::log(innovations.freedom);
     if (one.degrees > 0 && gain > most) {
       most = gain;
       found.kind = effects.kind;
+      found.gain =
+          effects.kind == NonlinearKind::level ? gain_trend(innovations, whitened, linear_basis) : GainTrend::unknown;
     }
     all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());
     all.rightCols(columns.cols()) = columns;

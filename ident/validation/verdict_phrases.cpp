@@ -16,9 +16,13 @@ std::string half_width_sign(const Model& model, std::string_view sign) {
   return std::string(sign) + (model.verdict && may_miss_a_part(*model.verdict) ? " at least" : "");
 }
 
-std::string_view effect_of(NonlinearKind kind) {
-  switch (kind) {
+std::string_view effect_of(const NonlinearityTest& test) {
+  switch (test.kind) {
     case NonlinearKind::level:
+      if (test.gain == GainTrend::falls)
+        return "level of the input: the gain falls as the input grows, as where valve, pump or amplifier saturate";
+      if (test.gain == GainTrend::grows)
+        return "level of the input: the gain grows with it, as beyond a valve's dead band or overlap";
       return "level of the input, as where the gain changes with it";
     case NonlinearKind::direction:
       return "direction of the input, as with play, hysteresis or a limited rate";

@@ -20,7 +20,7 @@ inline constexpr std::string_view kControllerIsAGuess =
 [[nodiscard]] std::string half_width_sign(const Model& model, std::string_view sign);
 
 /// What the residual depends on, and what of a plant makes it do so.
-[[nodiscard]] std::string_view effect_of(NonlinearKind kind);
+[[nodiscard]] std::string_view effect_of(const NonlinearityTest& test);
 
 /// "+-1.5 V", "0 and 2 V" or "2 V". @param unit  of the input
 [[nodiscard]] std::string levels_text(const InputLevels& levels, const std::string& unit);

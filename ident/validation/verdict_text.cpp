@@ -104,6 +104,14 @@ class Reasons {
   }
 
  private:
+  /// A map takes dry friction for a dead band.
+  [[nodiscard]] std::string_view friction_in_the_map() const {
+    const NonlinearKind kind = model_.validation->tests->nonlinearity->kind;
+    if (!model_.input_map || (kind != NonlinearKind::motion && kind != NonlinearKind::direction)) return "";
+    return " The map's half dead band then holds what friction takes, too: `eha characterise` measures the valve's "
+           "alone.";
+  }
+
   void about(std::initializer_list<Kind> kinds) {
     for (const Criterion& criterion : verdict_.criteria) {
       if (criterion.passed || std::find(kinds.begin(), kinds.end(), criterion.kind) == kinds.end()) continue;
@@ -159,8 +167,8 @@ class Reasons {
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
             "The plant is not linear as the structure is: the residual depends on the {} (p = {:.2g}), and at another "
-            "amplitude the error is another one; use the model at the recorded amplitudes.",
-            effect_of(model_.validation->tests->nonlinearity->kind), c.value);
+            "amplitude the error is another one; use the model at the recorded amplitudes.{}",
+            effect_of(*model_.validation->tests->nonlinearity), c.value, friction_in_the_map());
       case Kind::future_input:
         return fmt::format(
             "The output moves the input: the residual correlates with the input that follows (p = {:.2g}), a "

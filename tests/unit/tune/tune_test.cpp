@@ -60,18 +60,21 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
         "<li>The margin limits the gain.</li>", "Next: <code>eha track</code>"}) {
     EXPECT_NE(html.find(told), std::string::npos) << told << " in " << html;
   }
-  subject.measured.emplace().figures = {{.name = "following error, worst", .value = 0.1, .unit = "in", .kept = "no"}};
+  subject.measured.emplace().figures = {
+      {.name = "following error, worst", .value = 0.1, .unit = "in", .kept = "no", .limit = 0.0026}};
   subject.measured->changes = {"half dead band 0.22 V instead of 0.15 V"};
   html = answer_box(subject);
   EXPECT_EQ(html.rfind("<section class=\"verdict none\">", 0), 0U) << html;
-  EXPECT_NE(html.find("The rig did not keep: following error, worst;"), std::string::npos) << html;
+  EXPECT_NE(html.find("The rig did not keep: following error, worst (0.1 in, promised at most 0.0026);"),
+            std::string::npos)
+      << html;
   EXPECT_NE(html.find("<h2>P controller &quot;axis&quot;: the promise is not kept</h2>"), std::string::npos) << html;
   EXPECT_GT(html.find("Promised on 50 drawn rigs"), html.find("<details>")) << "what was promised is no answer";
   EXPECT_LT(html.find("half dead band 0.22 V instead of 0.15 V"), html.find("Next: <code>eha characterise</code>"))
       << html;
   subject.measured->figures.front().kept = "yes";
   html = answer_box(subject);
-  EXPECT_NE(html.find("promise kept, "), std::string::npos) << html;
+  EXPECT_NE(html.find("promise kept, greatest measured error 0.1 in</h2>"), std::string::npos) << html;
   EXPECT_NE(html.find("half dead band 0.22 V instead of 0.15 V"), std::string::npos) << "worth knowing all the same";
 }
 

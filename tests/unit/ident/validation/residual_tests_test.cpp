@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <random>
 
 #include "ident/estimation/fit.hpp"
@@ -173,6 +174,24 @@ TEST(ResidualTests, FindAPlantThatIsNotLinear) {
     EXPECT_LT(play.nonlinearity.value().test.p, 1e-6) << run;
     EXPECT_EQ(play.nonlinearity->kind, NonlinearKind::direction) << run;
   }
+}
+
+TEST(ResidualTests, TellWhetherTheGainFallsOrGrows) {
+  std::mt19937_64 draw(29);
+  const auto saturated = [](const Eigen::VectorXd& u) { return Eigen::VectorXd(u.cwiseMin(1.6).cwiseMax(-1.6)); };
+  const auto widening = [](const Eigen::VectorXd& u) {
+    return Eigen::VectorXd(u.array() + 0.05 * u.array() * u.array().abs());
+  };
+  std::map<GainTrend, int> of_saturated;
+  std::map<GainTrend, int> of_widening;
+  for (int run = 0; run < 20; ++run) {
+    ++of_saturated[tested_on(saturated, draw).nonlinearity.value().gain];
+    ++of_widening[tested_on(widening, draw).nonlinearity.value().gain];
+  }
+  EXPECT_GE(of_saturated[GainTrend::falls], 15);
+  EXPECT_EQ(of_saturated[GainTrend::grows], 0);
+  EXPECT_GE(of_widening[GainTrend::grows], 15);
+  EXPECT_EQ(of_widening[GainTrend::falls], 0);
 }
 
 TEST(ResidualTests, RarelyTakeALinearPlantForAnother) {

@@ -353,8 +353,11 @@ TEST(Verdict, NamesTheModelThatExplainsWhatThisOneLeavesOver) {
 TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
   for (const NonlinearKind kind :
        {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
-    EXPECT_NE(effect_of(kind).find(", as w"), std::string_view::npos) << effect_of(kind);
-    EXPECT_EQ(effect_of(kind).find("the plant has"), std::string_view::npos) << effect_of(kind);
+    for (const GainTrend gain : {GainTrend::unknown, GainTrend::falls, GainTrend::grows}) {
+      const std::string_view effect = effect_of({{}, kind, gain});
+      EXPECT_NE(effect.find(", as "), std::string_view::npos) << effect;
+      EXPECT_EQ(effect.find("the plant has"), std::string_view::npos) << effect;
+    }
   }
 }
 

@@ -148,7 +148,7 @@ std::vector<Wrong> wrong_models() {
       {"SlowlyDriftingSensor", drifting_by(0.15), structures::io(), "residual_drift", "wanders", Grade::usable, 8},
       {"ExchangedColumns", exchanged, structures::io(), "validation_r2_percent", "may be exchanged", Grade::rejected,
        10},
-      {"LimitedInput", limited, structures::io(), "nonlinearity_p", "gain changes with it", Grade::usable, 10},
+      {"LimitedInput", limited, structures::io(), "nonlinearity_p", "the gain falls as the input grows", Grade::usable, 10},
       {"Play", with_play, structures::io(), "nonlinearity_p", "play, hysteresis or a limited rate", Grade::usable, 10},
       {"BentSensor", bent_sensor, structures::io(), "nonlinearity_p", "the gain of plant or sensor", Grade::usable, 10},
       {"TwoLevels", two_levels, structures::io(), "input_levels",
