@@ -67,6 +67,9 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .stacked td::before { content: attr(data-label) ": "; font-weight: bold; }
   .stacked td:empty { display: none; }
 }
+@media (max-width: 519px) {
+  .plot::before { content: "The picture goes on to the right: swipe it."; font-size: .8em; }
+}
 @media (min-width: 900px) {
   .with-plot { display: grid; grid-template-columns: minmax(0, 2fr) minmax(0, 1fr); column-gap: 24px; }
   .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }

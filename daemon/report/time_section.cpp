@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
+#include "core/display_unit.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
@@ -20,6 +22,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kMuchLarger = 1.5;          // error of the validation part over that of the other one
 constexpr double kNotCentred = 0.7;          // mean error of the validation part over its RMS value
 constexpr double kNegligible_percent = 2.0;  // largest error, of the measured range
+constexpr double kNearLimit = 0.1;           // of the measured range: a travel limit so near is drawn
 
 /// Error of one model, split at the end of its estimating part.
 struct Errors {
@@ -131,14 +134,38 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   return remark;
 }
 
+/// Adds the rig's travel limits that lie near what was measured to the panel of the output.
+void draw_limits(const Subject& subject, std::span<const double> time_s, std::span<const double> measured,
+                 const std::string& unit, plot::Panel& output) {
+  if (time_s.empty() || measured.empty()) return;
+  const auto [least, greatest] = std::minmax_element(measured.begin(), measured.end());
+  const double near = kNearLimit * (*greatest - *least);
+  for (const char* key : {"travel_min_in", "travel_max_in"}) {
+    const Json& limit_in = subject.part("rig", "limits", key);
+    if (!limit_in.is_number()) continue;
+    const double limit = DisplayUnit(unit).factor("in") * limit_in.get<double>();
+    if (limit < *least - near || limit > *greatest + near) continue;
+    output.series.push_back({.label = fmt::format("travel limit, {:.4g} {}", limit, unit),
+                             .x = {time_s.front(), time_s.back()},
+                             .y = {limit, limit},
+                             .style = plot::kGuideStyle});
+  }
+}
+
 Item of_record(const Subject& subject) {
   Item item{.heading = "What was recorded"};
   const ident::Record& record = *subject.record;
   if (subject.track.time_s.empty()) {
     item.figure = record_figure(record, "Input and output of " + subject.name);
+    std::vector<double> time_s(static_cast<std::size_t>(record.output.size()));
+    for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = record.start_s + static_cast<double>(i) * record.step_s;
+    draw_limits(subject, time_s, {record.output.data(), time_s.size()}, record.output_channel.unit,
+                item.figure->panels.front());
   } else {
     item.heading = "Rod, reference and command until the trial ended";
     item.figure = fit_figure(subject.track, {"reference"}, std::nullopt, item.heading + ", " + subject.name);
+    draw_limits(subject, subject.track.time_s, subject.track.measured, subject.track.output.unit,
+                item.figure->panels.front());
   }
   const double range = record.output.maxCoeff() - record.output.minCoeff();
   item.remark.seen = fmt::format("{} rows over {:.4g} s; the output moves over {:.3g} {}, the input over {:.3g} {}.",
@@ -179,6 +206,7 @@ Section time_section(const Subject& subject) {
                                 : "Measured, models and errors"};
   item.figure = fit_figure(subject.fit, names, is_split ? std::optional(subject.fit.time_s[estimating]) : std::nullopt,
                            "Measured and simulated output over time");
+  draw_limits(subject, subject.fit.time_s, subject.fit.measured, subject.fit.output.unit, item.figure->panels.front());
   item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);
   section.items.push_back(std::move(item));
   return section;

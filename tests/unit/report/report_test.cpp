@@ -123,6 +123,16 @@ TEST(Page, ShowsTheRemarksOnItsRecord) {
   EXPECT_NE(html.find("<li>second</li>"), std::string::npos);
 }
 
+TEST(Page, DrawsATravelLimitThatTheRodCameNear) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  EXPECT_EQ(page_of(subject).html.find("travel limit"), std::string::npos) << "of no rig";
+  subject.manifest.emplace();
+  (*subject.manifest)["rig"]["limits"] = {{"travel_min_in", -3.0}, {"travel_max_in", 1.1}};
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("travel limit, 1.1 in"), std::string::npos);
+  EXPECT_EQ(html.find("travel limit, -3 in"), std::string::npos) << "far from the record";
+}
+
 TEST(Page, PutsThreeSentencesBesideEveryPlot) {
   const Page page = page_of(subject_of("run", ident::Grade::good));
   EXPECT_TRUE(page.missing.empty());
