@@ -174,8 +174,16 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     text += text_table(
         {{"parameter"}, {"before", Align::right}, {"calibrated", Align::right}, {"+- (95 %)", Align::right}}, rows);
     if (!calibration->converged) console.warning("the calibration did not converge; narrow it with KEY=LOW:HIGH");
+    if (calibration->rms_error_in > replay::kMoreThanNoise * calibration->noise_in) {
+      console.warning(fmt::format(
+          "the calibrated rig errs by {:.2g} {}, {:.2g} times what noise would leave: something that was not "
+          "calibrated differs, too, the values make up for it, and their intervals may miss the truth; "
+          "calibrate more keys together",
+          factor * calibration->rms_error_in, unit.of("in"), calibration->rms_error_in / calibration->noise_in));
+    }
     os::write_file_atomically(command.twin, replay::twin_text(rig.text, *calibration, source.name));
     document["converged"] = calibration->converged;
+    document["error_over_noise"] = calibration->rms_error_in / calibration->noise_in;
     document["parameters"] = std::move(parameters);
     document["twin"] = command.twin.string();
     text += fmt::format("written: {}\n", command.twin.string());

@@ -284,6 +284,8 @@ Calibration calibrate(const hal::SimOptions& start, const std::vector<Calibratio
   result.options = fit.options(theta);
   result.options.sub_step_us = fit.sub_step_us(theta).value_or(start.sub_step_us);
   result.rms_error_in = std::sqrt(left->squaredNorm() / static_cast<double>(left->size()));
+  const Eigen::VectorXd steps = left->tail(left->size() - 1) - left->head(left->size() - 1);
+  result.noise_in = std::sqrt(0.5 * steps.squaredNorm() / static_cast<double>(steps.size()));
   return result;
 }
 

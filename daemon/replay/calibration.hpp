@@ -32,6 +32,7 @@ struct Calibration {
   hal::SimOptions options;  ///< fitted, the rod's first position too
   std::vector<CalibratedParameter> parameters;
   double rms_error_in = 0.0;  ///< over the compared means
+  double noise_in = 0.0;      ///< the part of that which differs from mean to mean, as noise does [in]
   int iterations = 0;
   bool converged = false;
 };
@@ -39,6 +40,9 @@ struct Calibration {
 /// Duration of the means that are compared, after the discarded start.
 inline constexpr double kMean_s = 0.02;
 inline constexpr double kLeftOut_s = 0.5;
+
+/// An error so many times its noise is not noise alone: something else of the rig differs, too.
+inline constexpr double kMoreThanNoise = 2.0;
 
 /// Greatest half width of a determined parameter's 95 % interval, as a share of its size.
 inline constexpr double kWidestInterval = 0.5;

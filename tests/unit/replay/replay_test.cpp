@@ -57,6 +57,16 @@ TEST(Calibration, FindsNullAndDeadBandThatDiffer) {
   EXPECT_NEAR(found.parameters[1].value, 0.11, std::max(0.002, 1.5 * found.parameters[1].half_width));
   EXPECT_LT(found.parameters[0].half_width, 0.05 * 0.26);
   EXPECT_LT(found.rms_error_in, 0.0005);
+  EXPECT_LT(found.rms_error_in, kMoreThanNoise * found.noise_in);
+}
+
+TEST(Calibration, LeavesMoreThanNoiseWhereSomethingElseDiffers) {
+  hal::SimOptions truth;
+  truth.valve_dead_band_V = 0.19;
+  truth.supply_pressure_bar = 64.0;
+  const TwinRecord record = record_of(truth, 12.0);
+  const Calibration found = calibrate({}, {{"valve_dead_band_V"}}, record.volts, record.displacement_in, record.step_s);
+  EXPECT_GT(found.rms_error_in, 2.0 * kMoreThanNoise * found.noise_in);
 }
 
 TEST(Calibration, RefusesByNameWhatTheRecordDoesNotTell) {
