@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/accountable_user.hpp"
 #include "core/text.hpp"
 #include "daemon/control/socket_address.hpp"
 
@@ -98,12 +99,13 @@ void Server::accept_clients() {
     ucred credentials{};
     socklen_t size = sizeof credentials;
     if (getsockopt(descriptor.get(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) continue;
-    const std::optional<Seat> seat = seat_for(credentials.uid);
+    const uid_t user = os::accountable_user(credentials.uid);
+    const std::optional<Seat> seat = seat_for(user);
     if (!seat) continue;
     if (clients_.size() >= limits_.clients) make_room();
     const ClientId id = next_client_++;
     auto client = std::make_unique<Client>();
-    client->peer = {id, credentials.uid, credentials.pid, name_of_(credentials.uid)};
+    client->peer = {id, user, credentials.pid, name_of_(user)};
     client->seat = *seat;
     const int number = descriptor.get();
     client->descriptor = std::move(descriptor);

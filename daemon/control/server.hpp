@@ -26,7 +26,7 @@ using ClientId = std::uint64_t;
 /// The process at the other end when it connected, as the kernel reports it (SO_PEERCRED).
 struct Peer {
   ClientId client = 0;
-  uid_t uid = 0;
+  uid_t uid = 0;  ///< of the user who answers for it, see os::accountable_user()
   pid_t pid = 0;
   std::string user;  ///< name of the uid, or its digits
 };

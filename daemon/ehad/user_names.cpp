@@ -5,7 +5,6 @@
 #include <pwd.h>
 
 #include <condition_variable>
-#include <cstdio>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/os/accountable_user.hpp"
 #include "core/text.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 
@@ -21,19 +21,6 @@ namespace {
 
 constexpr std::size_t kLongestName = 64;
 constexpr std::size_t kBuffer = 16 * 1024;
-
-/// Returns the name in /etc/passwd, without the name service switch; empty if it is not there.
-std::string local_name(uid_t uid) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/etc/passwd", "re"), std::fclose);
-  if (!file) return {};
-  std::vector<char> buffer(kBuffer);
-  passwd entry{};
-  passwd* found = nullptr;
-  while (fgetpwent_r(file.get(), &entry, buffer.data(), buffer.size(), &found) == 0 && found != nullptr) {
-    if (found->pw_uid == uid) return shortened(found->pw_name, kLongestName);
-  }
-  return {};
-}
 
 /// Returns the name by the name service switch; the number if it has none.
 std::string looked_up_name(uid_t uid) {
@@ -91,7 +78,7 @@ std::string UserNames::name(uid_t uid) {
   const auto known = names_.find(uid);
   if (known != names_.end()) return known->second;
   std::string& name = names_[uid];
-  name = local_name(uid);
+  name = shortened(os::local_user_name(uid), kLongestName);
   if (name.empty()) {
     name = std::to_string(uid);
     look_ups_->wanted.push_back(uid);

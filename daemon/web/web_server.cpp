@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/accountable_user.hpp"
 #include "daemon/web/connection_owner.hpp"
 
 namespace eha::web {
@@ -198,9 +199,10 @@ void WebServer::accept_waiting(int listener) {
 }
 
 void WebServer::admit(os::FileDescriptor socket) {
-  const std::optional<uid_t> user = connection_owner(socket.get());
+  std::optional<uid_t> user = connection_owner(socket.get());
   // The client has gone, and its request could not be attributed to a user.
   if (!user) return;
+  user = os::accountable_user(*user);
   const Seat seat = seats_.take(*user);
   if (seat == Seat::none) return ClientStream(socket.release(), limits_).send_at_once(kTooMany);
   const int yes = 1;

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+
+namespace eha::os {
+
+/// Returns the user who answers for processes of a uid: the owner of a subordinate uid, whom subuid(5) gives some 65
+/// 536 of them, else the uid itself. What each user may have only so much of is counted by this one. Reads the two
+/// files and nothing else: it does not block. Cost: some 20 us for a uid of 65 536 and more.
+/// @param subuid, passwd  files like /etc/subuid and /etc/passwd
+[[nodiscard]] uid_t accountable_user(uid_t uid, const std::filesystem::path& subuid = "/etc/subuid",
+                                     const std::filesystem::path& passwd = "/etc/passwd");
+
+/// Returns the name in a file like /etc/passwd, without the name service switch; empty if it is not there.
+[[nodiscard]] std::string local_user_name(uid_t uid, const std::filesystem::path& passwd = "/etc/passwd");
+
+}  // namespace eha::os
