@@ -49,12 +49,16 @@ constexpr double kLeastUnmeasuredGain_in_per_V_s = 0.05;
 constexpr double kLongestTick_s = 0.05;  ///< reaction time of every check
 /// Reaction time to a loop that stands still; a host that takes processors away needs 0.15 s.
 constexpr double kLongestStall_s = 0.2;
-/// The pulses for a valve that is not known: at 0.05 s they move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in.
-constexpr double kLongestTickOfPulses_s = 0.02;
+/// Of a valve that nobody measured. Its pulses at 0.05 s move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in;
+/// with both gains a tenth of the rod's, a dead sensor at 0.05 s is found after 1.2 in/s and 0.45 in.
+constexpr double kLongestTickUnmeasured_s = 0.02;
 
 constexpr int kReadings = 20;
 /// Between two readings [s]. A sensor that drifts is seen, and no harmonic of the mains always at the same phase.
 constexpr double kReadingPeriod_s = 0.023;
+constexpr double kShortTick_s = 0.001;
+constexpr double kRangeOfUnmeasured_in = 0.025;
+constexpr double kSpread = 3.7;  // mean range of so many normal readings over their standard deviation
 
 constexpr const char* kMeasureIt =
     "measure it (eha characterise, or eha characterise RUN of a run of before) and take its lines with measured_check "
@@ -292,11 +296,16 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
                     *stall_s, *stall_s * rig.limits.velocity_limit_in_per_s, kLongestStall_s));
   }
   judge_sensor(rig, findings);
-  if (config::needs_following(rig) && rig.realtime.sample_period_s > kLongestTickOfPulses_s) {
+  if (config::needs_following(rig) && rig.realtime.sample_period_s > kLongestTickUnmeasured_s) {
     findings.refusals.push_back(fmt::format(
         "realtime.sample_period_s = {:g} s: without [following] the valve is found by pulses, which are too "
         "long at this tick; set at most {:g} until the valve is measured",
-        rig.realtime.sample_period_s, kLongestTickOfPulses_s));
+        rig.realtime.sample_period_s, kLongestTickUnmeasured_s));
+  } else if (!config::is_as_measured(rig) && rig.realtime.sample_period_s > kLongestTickUnmeasured_s) {
+    findings.refusals.push_back(fmt::format(
+        "realtime.sample_period_s = {:g} s: [following] is not as it was measured on this rig, and at this tick a dead "
+        "sensor is found too late for numbers that may be wrong; set at most {:g}, or {}",
+        rig.realtime.sample_period_s, kLongestTickUnmeasured_s, kMeasureIt));
   }
   if (config::needs_following(rig)) findings.warnings.emplace_back(config::kNeedsFollowing);
   if (rig.realtime.priority > kHighestLoopPriority) {
@@ -339,6 +348,8 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
       std::chrono::nanoseconds(std::llround(std::max(kReadingPeriod_s, config.realtime.sample_period_s) * 1e9));
   double lowest_in = std::numeric_limits<double>::infinity();
   double highest_in = -lowest_in;
+  double bends_in2 = 0.0;  // squares of second differences, in which a rod that sinks slowly is not seen
+  double before_in[2] = {0.0, 0.0};
   for (int i = 0; i < kReadings; ++i) {
     if (i > 0) std::this_thread::sleep_for(pause);
     hal::RigReading reading;
@@ -368,6 +379,8 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
     }
     lowest_in = std::min(lowest_in, reading.displacement_in);
     highest_in = std::max(highest_in, reading.displacement_in);
+    if (i >= 2) bends_in2 += std::pow(reading.displacement_in - 2.0 * before_in[1] + before_in[0], 2);
+    before_in[0] = std::exchange(before_in[1], reading.displacement_in);
   }
   // The following check sums differences, in which noise telescopes: this much noise uses at most half of its limit.
   const double most_in = 0.5 * std::min(rule.missing_limit_in, rule.excess_limit_in);
@@ -377,6 +390,22 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
                             "{:.4f} in is plausible; check that the load does not sink, and the sensor, its cable and "
                             "its shield",
                             highest_in - lowest_in, most_in));
+  }
+  // The checks of a placing average as many readings as their time holds. Numbers that nobody measured on this rig may
+  // move it faster than they say, and need a dead sensor to be found earlier.
+  const double noise_in = std::sqrt(bends_in2 / (6.0 * (kReadings - 2)));
+  const double longer = std::max(1.0, config.realtime.sample_period_s / kShortTick_s);
+  const double range_in = config::is_as_measured(config) ? most_in : std::min(0.5 * most_in, kRangeOfUnmeasured_in);
+  const double most_noise_in = range_in / (kSpread * std::sqrt(longer));
+  if (noise_in > most_noise_in) {
+    throw Error(
+        ExitCode::safety_trip,
+        fmt::format(
+            "not armed: the sensor's noise of {:.4f} in (standard deviation) hides a dead sensor for too "
+            "long at ticks of {:g} ms; at most {:.4f} in is taken{}: check the sensor, its cable and its shield, "
+            "or take a shorter sample_period_s",
+            noise_in, 1e3 * config.realtime.sample_period_s, most_noise_in,
+            config::is_as_measured(config) ? "" : " while [following] is not as it was measured here"));
   }
 }
 

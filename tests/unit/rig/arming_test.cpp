@@ -307,7 +307,15 @@ TEST(Arming, TakesMeasuredNumbersOnTheirOwnRigOnly) {
 TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
   std::string text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.051; });
   EXPECT_NE(text.find("realtime.sample_period_s = 0.051 s"), std::string::npos) << text;
-  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.05; }), "");
+  const auto as_measured = [](config::RigConfig& rig) {
+    rig.limits.following->measured_check = config::measured_check_of(*rig.limits.following);
+    rig.limits.following->measured_rig_check = config::measured_rig_check_of(rig.backend);
+    rig.realtime.sample_period_s = 0.05;
+  };
+  EXPECT_EQ(refusal(as_measured), "");
+  text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.021; });
+  EXPECT_NE(text.find("sample_period_s = 0.021 s: [following] is not as it was measured"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.02; }), "");
   text = refusal([](auto& rig) { rig.realtime.stall_limit_s = 1.0; });
   EXPECT_NE(text.find("realtime.stall_limit_s = 1 s"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.realtime.stall_limit_s = 0.2; }), "");
@@ -400,6 +408,22 @@ TEST(Arming, IsRefusedForASensorThatIsOffItsBandOrTooNoisy) {
   EXPECT_EQ(judged(off_band, config), ExitCode::safety_trip);
   hal::FaultRig noisy = with({.kind = hal::FaultKind::open_sensor, .amount = 5.0, .noise_LSB = 300.0});
   EXPECT_EQ(judged(noisy, config), ExitCode::safety_trip);
+}
+
+/// A placing compares means of what its checks' time holds: at 10 ms a tenth of the readings.
+TEST(Arming, TakesLessNoiseOfASensorThatIsReadRarely) {
+  config::RigConfig config = card();
+  const hal::SimOptions plant;
+  const auto sim = hal::open_rig(plant, 0.0);
+  hal::FaultRig noisy(
+      *sim,
+      {{.kind = hal::FaultKind::open_sensor, .ticks = hal::InjectedFault::kAlways, .amount = 5.0, .noise_LSB = 60.0}},
+      [](std::int64_t) {}, plant.conversion());
+  for (const auto& [period_s, expected] : {std::pair(0.001, ExitCode::ok), std::pair(0.01, ExitCode::safety_trip),
+                                           std::pair(0.05, ExitCode::safety_trip)}) {
+    config.realtime.sample_period_s = period_s;
+    EXPECT_EQ(judged(noisy, config), expected) << period_s;
+  }
 }
 
 /// The first characterisation would follow such a sensor: 24 of 40 simulated rods met an end stop at 0.3 in/s.
