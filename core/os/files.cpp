@@ -6,17 +6,22 @@
 #include <sys/statvfs.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <string>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/terminal_text.hpp"
 
 namespace eha::os {
 namespace {
 
 constexpr std::size_t kReadSize = 1u << 16;
+constexpr std::string_view kOpenFolders = "/proc/self/fd/";
 
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
@@ -45,7 +50,7 @@ std::size_t read_all(ReadSome&& read_some, std::size_t size, const std::filesyst
 }  // namespace
 
 void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
-  std::string message = "cannot " + std::string(doing) + " " + path.string() + ": " + error_text(error_number);
+  std::string message = "cannot " + std::string(doing) + " " + shown(path) + ": " + error_text(error_number);
   if (error_number == EACCES || error_number == EPERM) throw PermissionError(message);
   if (error_number == ENOSPC || error_number == EDQUOT) message += "; free some space or choose another folder";
   throw IoError(message);
@@ -84,7 +89,7 @@ std::string read_file(const std::filesystem::path& path) {
   std::string text;
   read_in_pieces(path, [&](std::string_view piece) {
     if (text.size() + piece.size() > kMostBytes) {
-      throw DataError(path.string() + ": more than 256 MiB, where a text file is expected");
+      throw DataError(shown(path) + ": more than 256 MiB, where a text file is expected");
     }
     text += piece;
   });
@@ -98,7 +103,7 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), tem
   if (const auto there = std::filesystem::status(path_, unknown); std::filesystem::exists(there) &&
                                                                   !std::filesystem::is_regular_file(there) &&
                                                                   !std::filesystem::is_directory(there)) {
-    throw IoError(path_.string() + ": a device or a pipe, where a file is written; name another one");
+    throw IoError(shown(path_) + ": a device or a pipe, where a file is written; name another one");
   }
   // In a folder that others may write to, a link of theirs may have this name.
   ::unlink(temporary_.c_str());
@@ -161,7 +166,16 @@ FileDescriptor open_folder(const std::filesystem::path& folder) {
 }
 
 std::filesystem::path path_through(const FileDescriptor& folder) {
-  return "/proc/self/fd/" + std::to_string(folder.get());
+  return std::string(kOpenFolders) + std::to_string(folder.get());
+}
+
+std::string shown(const std::filesystem::path& path) {
+  const std::string text = path.string();
+  if (!text.starts_with(kOpenFolders)) return text;
+  const std::size_t end = std::min(text.find('/', kOpenFolders.size()), text.size());
+  std::error_code unknown;
+  const std::filesystem::path folder = std::filesystem::read_symlink(text.substr(0, end), unknown);
+  return unknown ? text : one_line(folder.string()) + text.substr(end);
 }
 
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes) {

@@ -75,6 +75,9 @@ void create_folders(const std::filesystem::path& folder);
 /// The path by which this process reaches the files of an open folder.
 [[nodiscard]] std::filesystem::path path_through(const FileDescriptor& folder);
 
+/// The text of a path for messages: one of path_through() as it is found from the root now, on one line.
+[[nodiscard]] std::string shown(const std::filesystem::path& path);
+
 /// Checks the free space of the file system that holds `folder`.
 /// @throws IoError  fewer than `bytes` are free for this user
 void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes);

@@ -106,18 +106,18 @@ config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_fi
 
 }  // namespace
 
-ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted, std::optional<NewRigFile> rig_file,
+ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std::optional<NewRigFile> rig_file,
                           const Console& console) {
   sheet::RunSheet run;
   try {
-    run = sheet::sheet_of_run(folder);
+    run = sheet::sheet_of_run(opened);
   } catch (const sheet::RowsMissing& error) {
     console.error(error.what());
     console.next_step("eha doctor");
     return error.exit_code();
   } catch (const DataError& error) {
     console.error(error.what());
-    console.next_step("eha plot " + shell_word(folder.string()));
+    console.next_step("eha plot " + shell_word(opened.path().string()));
     return error.exit_code();
   }
   const DisplayUnit unit = console.unit(run.rig.units);
@@ -127,7 +127,7 @@ ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles wanted
   std::vector<std::string> files;
   for (const std::string_view name : {sheet::kSheetFile, report::kReportFile}) {
     std::error_code ignored;
-    if (std::filesystem::exists(run.folder / name, ignored)) files.push_back((run.folder / name).string());
+    if (std::filesystem::exists(opened.files() / name, ignored)) files.push_back((run.folder / name).string());
   }
   nlohmann::ordered_json document = sheet::to_json(run);
   document["files"] = files;
@@ -172,7 +172,7 @@ ExitCode execute(const CharacteriseCommand& command, Console& console) {
   if (command.run) {
     std::optional<NewRigFile> rig_file;
     if (writes_rig) rig_file = NewRigFile{command.output, rig_file_of_service(command.socket, console)};
-    return show_valve_sheet(*command.run, SheetFiles::keep, rig_file, console);
+    return show_valve_sheet(record::OpenRun(*command.run), SheetFiles::keep, rig_file, console);
   }
   RunCommand run{command};
   run.ruler = command.ruler;

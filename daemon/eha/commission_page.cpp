@@ -14,6 +14,7 @@
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/open_run.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
@@ -135,7 +136,8 @@ std::string commission_page(const CommissionState& state, const std::string& rig
       fmt::format("For a PLC, C or MATLAB: eha export {} --format st (or c, simulink). Later, to see whether the axis "
                   "still keeps its promise: eha track {}.",
                   axis, axis));
-  return track_page(track::track_result(track.at("run").get<std::string>()), unit, "Commissioning of " + rig, lead)
+  return track_page(track::track_result(record::OpenRun(track.at("run").get<std::string>())), unit,
+                    "Commissioning of " + rig, lead)
       .html;
 }
 

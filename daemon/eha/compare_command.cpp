@@ -122,6 +122,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::optional<identify::Source> straight;
   for (const std::string& record : records) {
     sources.push_back(identify::load_source(record, {}, {}, console.progress_callback()));
+    sources.back().opened = {};  // nothing is written there, and a process has a limited number of descriptors
     if (command.intersample == ident::Intersample::straight) identify::take_input_as_straight(sources.back());
     if (command.intersample || files.empty() || sources.back().run_folder) continue;
     const auto is_straight = [&](const ident::Model& model) {

@@ -132,7 +132,7 @@ auto as_asked_for(const FitCommand& command, const Work& work) {
 
 std::vector<fs::path> write(const Identification& identification, const FitCommand& command, const Source& source) {
   if (command.output) return identify::write_models(identification, *command.output);
-  if (source.run_folder) return identify::publish(identification, *source.run_folder);
+  if (source.run_folder) return identify::publish(identification, source.opened);
   return {};
 }
 
@@ -242,14 +242,14 @@ std::optional<ExitCode> computed_instead(const config::Placing&, const FitComman
 std::optional<ExitCode> computed_instead(const config::SheetRun&, const FitCommand& command, const Source& source,
                                          Console& console) {
   if (!source.run_folder || names_models(command.models)) return std::nullopt;
-  return show_valve_sheet(*source.run_folder, SheetFiles::write, std::nullopt, console);
+  return show_valve_sheet(source.opened, SheetFiles::write, std::nullopt, console);
 }
 
 /// @throws DataError  models are requested
 std::optional<ExitCode> computed_instead(const config::Tracking&, const FitCommand& command, const Source& source,
                                          Console& console) {
   if (source.run_folder && !names_models(command.models)) {
-    return show_track(*source.run_folder, TrackFiles::write, console);
+    return show_track(source.opened, TrackFiles::write, console);
   }
   throw DataError(fmt::format(
       "{}: a record in closed loop, whose command contains the noise of its readings; a fit of command and reading "
@@ -283,9 +283,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
     return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
   });
   if (command.sweep) {
-    const auto folder = command.output      ? command.output
-                        : source.run_folder ? std::optional(*source.run_folder / record::kModelsFolder)
-                                            : std::nullopt;
+    std::optional<fs::path> folder = command.output;
+    os::FileDescriptor models;
+    if (!folder && source.run_folder) {
+      models = os::open_folder(source.opened.files() / record::kModelsFolder);
+      folder = os::path_through(models);
+    }
     return as_asked_for(command, [&] { return sweep_commensurate_order(command, task, folder, console); });
   }
   require_own_folder(command, source);
@@ -304,16 +307,16 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   std::vector<fs::path> written = write(identification, command, source);
   if (source.run_folder && !command.output && !console.quiet()) {
-    const record::Manifest manifest = record::read_manifest(*source.run_folder);
+    const record::Manifest manifest = record::read_manifest(source.opened.files());
     std::string against = record::reason_against_latest(manifest);
-    if (against.empty()) against = record::what_stands_for_latest(*source.run_folder);
+    if (against.empty()) against = record::what_stands_for_latest(source.opened);
     if (manifest.identification && manifest.identification->accepted && !against.empty()) {
       console.info(fmt::format("{} stays where it was: {}; name this run instead",
                                (source.run_folder->parent_path() / record::kLatestLink).string(), against));
     }
   }
   const DisplayUnit unit = console.unit(source.units);
-  if (source.run_folder && !command.output) write_report(*source.run_folder, unit, written, console);
+  if (source.run_folder && !command.output) write_report(source.opened, unit, written, console);
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);

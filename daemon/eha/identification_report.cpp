@@ -64,11 +64,11 @@ std::string left_out_text(const std::vector<ident::Refusal>& refused) {
 
 }  // namespace
 
-void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
-                  std::vector<std::filesystem::path>& written, const Console& console) {
+void write_report(const record::OpenRun& run, const DisplayUnit& unit, std::vector<std::filesystem::path>& written,
+                  const Console& console) {
   try {
-    for (const std::string& sentence : report::write_into_run(run_folder, unit)) console.warning(sentence);
-    written.push_back(run_folder / report::kReportFile);
+    for (const std::string& sentence : report::write_into_run(run, unit)) console.warning(sentence);
+    written.push_back(run.path() / report::kReportFile);
   } catch (const std::exception& error) {
     console.warning(fmt::format("no report was written: {}", error.what()));
   }

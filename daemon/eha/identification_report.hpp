@@ -9,13 +9,14 @@
 
 #include "daemon/eha/console.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/record/open_run.hpp"
 
 namespace eha::cli {
 
 /// Writes the report of a fitted run and adds it to the list. A report that fails is a warning, because the models are
 /// already written.
-void write_report(const std::filesystem::path& run_folder, const DisplayUnit& unit,
-                  std::vector<std::filesystem::path>& written, const Console& console);
+void write_report(const record::OpenRun& run, const DisplayUnit& unit, std::vector<std::filesystem::path>& written,
+                  const Console& console);
 
 /// Prints the warnings before a fit: reasons for less reliable models of the source, and a long computing time with
 /// what shortens it. @param decimation, command  as for identify::size_hint()

@@ -99,7 +99,7 @@ plot::Format format_of(const fs::path& path) {
 
 plot::Figure of_run(const std::string& folder, const Console& console) {
   if (record::is_run_folder(folder) && record::purpose_of(record::read_manifest(folder)) == record::Purpose::tracking) {
-    const track::TrackResult result = track::played_track(folder);
+    const track::TrackResult result = track::played_track(record::OpenRun(folder));
     return tune::motion_figure(trace_of(result), result.folder.filename().string(), console.unit(result.units));
   }
   report::Subject loaded = report::load_run(folder);

@@ -49,14 +49,13 @@ bool is_folder(const std::string& path) {
 
 /// Whether a folder is a controller's trial that can be held to its promise. One that ended early gets its rows, where
 /// they are missing, for the report of the run.
-bool is_complete_trial(const std::string& folder) {
-  if (!record::is_run_folder(folder)) return false;
-  const record::Manifest manifest = record::read_manifest(folder);
+bool is_complete_trial(const record::OpenRun& run) {
+  const record::Manifest manifest = record::read_manifest(run.files());
   if (record::purpose_of(manifest) != record::Purpose::tracking) return false;
-  if (manifest.outcome == acquisition::Outcome::completed) return fs::exists(fs::path(folder) / track::kTrackRows);
-  if (manifest.outcome && !fs::exists(fs::path(folder) / track::kTrackRows)) {
+  if (manifest.outcome == acquisition::Outcome::completed) return fs::exists(run.files() / track::kTrackRows);
+  if (manifest.outcome && !fs::exists(run.files() / track::kTrackRows)) {
     try {
-      track::write_ended_track(folder);
+      track::write_ended_track(run);
     } catch (const DataError&) {
       return false;  // nothing was recorded; the page says so
     }
@@ -65,11 +64,10 @@ bool is_complete_trial(const std::string& folder) {
 }
 
 /// The valve sheet of a folder that is a run of [characterise]; none where its rows do not tell the valve.
-std::optional<sheet::RunSheet> sheet_in(const std::string& folder) {
-  if (!record::is_run_folder(folder)) return std::nullopt;
-  if (record::purpose_of(record::read_manifest(folder)) != record::Purpose::valve_sheet) return std::nullopt;
+std::optional<sheet::RunSheet> sheet_in(const record::OpenRun& run) {
+  if (record::purpose_of(record::read_manifest(run.files())) != record::Purpose::valve_sheet) return std::nullopt;
   try {
-    return sheet::sheet_of_run(folder);
+    return sheet::sheet_of_run(run);
   } catch (const DataError&) {
     return std::nullopt;  // the page of the run says so
   }
@@ -91,9 +89,14 @@ ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_controller = command.sources.size() == 1 && is_controller_file(command.sources.front());
   fs::path path = command.output.value_or(is_run ? fs::path(command.sources.front()) / report::kReportFile
                                                  : fs::path(report::kReportFile));
+  std::optional<record::OpenRun> run;
   std::string of_rig;
+  fs::path target = path;
   if (record::is_run_folder(command.sources.front())) {
-    of_rig = record::rig_units(record::to_json(record::read_manifest(command.sources.front())));
+    run.emplace(command.sources.front());
+    of_rig = record::rig_units(record::to_json(record::read_manifest(run->files())));
+    if (!command.output) target = run->files() / report::kReportFile;
+    if (command.sources.size() > 1) run.reset();
   }
   const DisplayUnit unit = console.unit(of_rig);
   std::vector<std::string> missing;
@@ -109,16 +112,16 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);
     missing = page.missing;
-  } else if (is_run && command.sources.size() == 1 && is_complete_trial(command.sources.front())) {
-    const report::Page page = track_page(track::track_result(command.sources.front()), unit);
-    os::write_file_atomically(path, page.html);
+  } else if (run && is_complete_trial(*run)) {
+    const report::Page page = track_page(track::track_result(*run), unit);
+    os::write_file_atomically(target, page.html);
     missing = page.missing;
-  } else if (const auto sheet = command.sources.size() == 1 ? sheet_in(command.sources.front()) : std::nullopt) {
-    os::write_file_atomically(path, sheet::sheet_page(*sheet, unit, missing));
-  } else if (is_run && !command.output && command.sources.size() == 1) {
-    missing = report::write_into_run(command.sources.front(), unit);
+  } else if (const auto sheet = run ? sheet_in(*run) : std::nullopt) {
+    os::write_file_atomically(target, sheet::sheet_page(*sheet, unit, missing));
+  } else if (run && !command.output) {
+    missing = report::write_into_run(*run, unit);
   } else {
-    const report::Page page = report::page_of(report::in_unit(load(command), unit));
+    const report::Page page = report::page_of(report::in_unit(run ? report::load_run(*run) : load(command), unit));
     os::write_file_atomically(path, page.html);
     missing = page.missing;
   }

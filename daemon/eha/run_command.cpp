@@ -234,9 +234,9 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   const identify::Identification identification = identify::identify(
       source, task, {.paper = paper, .ladder = identify::Comparisons::Ladder::include}, console.progress_callback());
   console.end_progress();
-  std::vector<fs::path> written = identify::publish(identification, folder);
+  std::vector<fs::path> written = identify::publish(identification, source.opened);
   const DisplayUnit unit = console.unit(source.units);
-  write_report(folder, unit, written, console);
+  write_report(source.opened, unit, written, console);
   print_identification(
       identification, written,
       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
@@ -270,12 +270,12 @@ ExitCode conclude(const config::SheetRun&, const play::FinishedRun& run, const R
                   const config::RigConfig&, Console& console) {
   std::optional<NewRigFile> rig_file;
   if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file};
-  return show_valve_sheet(run.folder, SheetFiles::write, rig_file, console);
+  return show_valve_sheet(record::OpenRun(run.folder), SheetFiles::write, rig_file, console);
 }
 
 ExitCode conclude(const config::Tracking&, const play::FinishedRun& run, const RunCommand&, const config::RigConfig&,
                   Console& console) {
-  return show_track(run.folder, TrackFiles::write, console);
+  return show_track(record::OpenRun(run.folder), TrackFiles::write, console);
 }
 
 /// Completes runs whose process died. Leaves a run alone that another process is still writing.

@@ -97,9 +97,9 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (code == ExitCode::ok && purpose == record::Purpose::valve_sheet) {
     std::optional<NewRigFile> rig_file;
     if (command.new_rig_file) rig_file = NewRigFile{*command.new_rig_file, rig.value("file", "")};
-    return show_valve_sheet(folder, SheetFiles::keep, rig_file, console);
+    return show_valve_sheet(record::OpenRun(folder), SheetFiles::keep, rig_file, console);
   }
-  if (purpose == record::Purpose::tracking) return show_track(folder, TrackFiles::keep, console);
+  if (purpose == record::Purpose::tracking) return show_track(record::OpenRun(folder), TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
   if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);

@@ -82,8 +82,8 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const identify::Ide
   if (folder) {
     const std::filesystem::path path = *folder / "sweep_commensurate.csv";
     os::write_file_atomically(path, ident::to_csv(sweep.points));
-    document["files"].push_back(path.string());
-    console.print(fmt::format("written: {}", path.string()));
+    document["files"].push_back(os::shown(path));
+    console.print(fmt::format("written: {}", os::shown(path)));
   } else {
     console.print("Nothing written; -o DIR writes DIR/sweep_commensurate.csv.");
   }

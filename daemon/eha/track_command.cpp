@@ -83,10 +83,10 @@ std::string reference_text(const std::string& file) {
 }
 
 /// The sheet that a trial's controller was made with, or the newest one beside the trial; none without either.
-std::optional<ident::ValveSheet> sheet_of_trial(const std::filesystem::path& folder) {
+std::optional<ident::ValveSheet> sheet_of_trial(const record::OpenRun& trial) {
   try {
-    if (auto sheet = sheet_of(track::played_track(folder).controller)) return sheet;
-    const auto run = newest_sheet_run(folder);
+    if (auto sheet = sheet_of(track::played_track(trial).controller)) return sheet;
+    const auto run = newest_sheet_run(trial.path());
     return run ? std::optional(sheet::sheet_of_run(*run).sheet) : std::nullopt;
   } catch (const Error&) {  // nothing was recorded, or the run of the sheet may not be read
     return std::nullopt;
@@ -136,9 +136,10 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
                          const Console& console) {
   try {
-    const std::vector<std::string> changes = track::changes_until_fault(folder, console.unit(rig_units));
+    const record::OpenRun run(folder);
+    const std::vector<std::string> changes = track::changes_until_fault(run, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
-    const std::optional<ident::ValveSheet> sheet = sheet_of_trial(folder);
+    const std::optional<ident::ValveSheet> sheet = sheet_of_trial(run);
     if (const std::string leak = leak_sentence(sheet, console.unit(rig_units)); !leak.empty()) {
       console.info("the promise is not kept; " + leak);
     } else {
@@ -148,25 +149,25 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
                          "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
     }
     if (files == TrackFiles::write) {
-      track::write_ended_track(folder, sheet ? sheet::leak_of(*sheet, DisplayUnit("in")) : std::string());
+      track::write_ended_track(run, sheet ? sheet::leak_of(*sheet, DisplayUnit("in")) : std::string());
     }
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }
 }
 
-ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, const Console& console) {
-  const track::TrackResult result = track::track_result(folder);
+ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console& console) {
+  const track::TrackResult result = track::track_result(run);
   const DisplayUnit unit = console.unit(result.units);
   if (wanted == TrackFiles::write) {
     track::write_track(result);
-    os::write_file_atomically(result.folder / kTableFile, axis_table({.controller = result.controller,
-                                                                      .model = model_of(result.controller),
-                                                                      .sheet = sheet_of(result.controller),
-                                                                      .measured = result.figures},
-                                                                     unit));
+    os::write_file_atomically(run.files() / kTableFile, axis_table({.controller = result.controller,
+                                                                    .model = model_of(result.controller),
+                                                                    .sheet = sheet_of(result.controller),
+                                                                    .measured = result.figures},
+                                                                   unit));
     const report::Page page = track_page(result, unit);
-    os::write_file_atomically(result.folder / report::kReportFile, page.html);
+    os::write_file_atomically(run.files() / report::kReportFile, page.html);
     for (const std::string& sentence : page.missing) console.warning(sentence);
   }
   warn_of_unused_sheet(result.folder, console);
@@ -176,7 +177,7 @@ ExitCode show_track(const std::filesystem::path& folder, TrackFiles wanted, cons
   console.print_json(document);
   console.print(track::track_text(result, unit));
   if (!result.is_kept()) {
-    if (const std::string leak = leak_sentence(sheet_of_trial(folder), unit); !leak.empty()) console.info(leak);
+    if (const std::string leak = leak_sentence(sheet_of_trial(run), unit); !leak.empty()) console.info(leak);
   }
   if (wanted == TrackFiles::write) {
     console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
@@ -203,7 +204,7 @@ ExitCode execute(const TrackCommand& command, Console& console) {
       explain_ended_trial(command.source, record::rig_units(manifest.other), TrackFiles::keep, console);
       return ExitCode::model_rejected;
     }
-    return show_track(command.source, TrackFiles::keep, console);
+    return show_track(record::OpenRun(command.source), TrackFiles::keep, console);
   }
   RunCommand run{command};
   run.experiment_file = "track " + command.source;

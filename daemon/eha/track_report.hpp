@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/record/open_run.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/axis_trial.hpp"
@@ -17,7 +18,7 @@ enum class TrackFiles { write, keep };
 
 /// Prints the results of a completed run of [track] with the controller's promise.
 /// @throws DataError, IoError, PermissionError  as track::track_result
-ExitCode show_track(const std::filesystem::path& folder, TrackFiles files, const Console& console);
+ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console& console);
 
 /// The trial's reference, rod and command; rod and reference as means over 50 ms.
 [[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);

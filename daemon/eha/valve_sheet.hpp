@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/record/open_run.hpp"
 
 namespace eha::cli {
 
@@ -24,7 +25,7 @@ struct NewRigFile {
 /// @param rig_file  none: none is written
 /// @throws UsageError  the new rig file already exists; DataError, IoError, PermissionError  as sheet::sheet_of_run;
 ///                     the folder cannot be written
-ExitCode show_valve_sheet(const std::filesystem::path& folder, SheetFiles files, std::optional<NewRigFile> rig_file,
+ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles files, std::optional<NewRigFile> rig_file,
                           const Console& console);
 
 }  // namespace eha::cli

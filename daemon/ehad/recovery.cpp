@@ -75,7 +75,7 @@ void settle_fitting(Entry& entry, const fs::path& runs_folder) {
     if (!manifest.identification) return;
     const bool accepted = manifest.identification->accepted;
     // Written after the manifest, so it may be missing.
-    if (accepted && record::reason_against_latest(manifest).empty()) record::publish_latest(folder);
+    if (accepted && record::reason_against_latest(manifest).empty()) record::publish_latest(record::OpenRun(folder));
     entry.models = record::to_json(manifest.identification->models);
     entry.note = manifest.identification->error;
     const ExitCode code = accepted             ? ExitCode::ok

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/record/csv_field.hpp"
 #include "daemon/record/number_table.hpp"
@@ -111,7 +112,7 @@ std::string to_csv(const FitTable& table) {
 FitTable read_fit_table(const std::filesystem::path& path) {
   record::NumberTable numbers = record::read_number_table(path);
   const auto fail = [&] {
-    throw DataError(path.string() +
+    throw DataError(os::shown(path) +
                     ": not the table of a fit; expected time_s, input, output, then each model's "
                     "output and residual; `eha fit` writes it");
   };

@@ -88,18 +88,18 @@ enum class Came { accepted, rejected };
 class ModelFolders {
  public:
   /// @throws PermissionError  one of them is a link
-  ModelFolders(const fs::path& run_folder, const std::vector<IdentifiedModel>& models)
-      : accepted_path_(run_folder / record::kModelsFolder) {
+  ModelFolders(const record::OpenRun& run, const std::vector<IdentifiedModel>& models)
+      : accepted_path_(run.path() / record::kModelsFolder) {
     const bool has_rejected = !std::all_of(models.begin(), models.end(), is_accepted);
-    const os::FileDescriptor run = os::open_folder(run_folder);
+    const fs::path folder = run.files() / record::kModelsFolder;
     try {
-      accepted_ = os::open_folder(os::path_through(run) / record::kModelsFolder);
+      accepted_ = os::open_folder(folder);
       const fs::path rejected = os::path_through(accepted_) / record::kRejectedFolder;
       std::error_code ignored;
       const bool is_there = fs::exists(fs::symlink_status(rejected, ignored));
       if (has_rejected || is_there) rejected_ = os::open_folder(rejected);
     } catch (const IoError&) {
-      if (is_folder_or_missing(accepted_path_) && is_folder_or_missing(accepted_path_ / record::kRejectedFolder)) throw;
+      if (is_folder_or_missing(folder) && is_folder_or_missing(folder / record::kRejectedFolder)) throw;
       throw PermissionError(
           fmt::format("{}: it, or its folder {}, is a link or no folder, and models are written into no folder that "
                       "somebody else may have chosen; remove it",
@@ -180,8 +180,8 @@ std::vector<fs::path> write_models(const Identification& identification, const f
   return written;
 }
 
-std::vector<fs::path> publish(const Identification& identification, const fs::path& run_folder) {
-  const ModelFolders folders(run_folder, identification.models);
+std::vector<fs::path> publish(const Identification& identification, const record::OpenRun& run) {
+  const ModelFolders folders(run, identification.models);
   record::IdentificationEntry entry{
       .models = {}, .recommendation = identification.recommendation, .paper_procedure = to_json(identification.paper)};
   std::vector<fs::path> written;
@@ -189,13 +189,15 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
     const bool accepted = is_accepted(identified);
     const fs::path path = folders.write(identified.result.model, accepted ? Came::accepted : Came::rejected);
     entry.accepted = entry.accepted || accepted;
-    entry.models.push_back(manifest_entry(identified, path.lexically_relative(run_folder)));
+    entry.models.push_back(manifest_entry(identified, path.lexically_relative(run.path())));
     written.push_back(path);
   }
   // Written before the manifest, which lists every file of the folder.
-  write_tables(identification, run_folder, written);
-  if (const auto next = write_next_experiment(identification, run_folder)) {
-    written.push_back(*next);
+  std::vector<fs::path> tables;
+  write_tables(identification, run.files(), tables);
+  for (const fs::path& table : tables) written.push_back(run.path() / table.filename());
+  if (const auto next = write_next_experiment(identification, run.files())) {
+    written.push_back(run.path() / next->filename());
     entry.other["next_experiment"] = {{"file", next->filename().string()},
                                       {"reason", identification.next_experiment->reason}};
   }
@@ -204,12 +206,12 @@ std::vector<fs::path> publish(const Identification& identification, const fs::pa
   if (!identification.response_notes.empty()) {
     entry.other["frequency_response_notes"] = identification.response_notes;
   }
-  std::string against = record::reason_against_latest(record::read_manifest(run_folder));
-  if (against.empty()) against = record::what_stands_for_latest(run_folder);
+  std::string against = record::reason_against_latest(record::read_manifest(run.files()));
+  if (against.empty()) against = record::what_stands_for_latest(run);
   const bool is_latest = entry.accepted && against.empty();
   if (entry.accepted && !is_latest) entry.other["not_latest"] = against;
-  record::write_identification(run_folder, std::move(entry));
-  if (is_latest) record::publish_latest(run_folder);
+  record::write_identification(run.files(), std::move(entry));
+  if (is_latest) record::publish_latest(run);
   return written;
 }
 

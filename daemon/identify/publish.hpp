@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/identify/identification.hpp"
+#include "daemon/record/open_run.hpp"
 
 namespace eha::identify {
 
@@ -23,12 +24,12 @@ namespace eha::identify {
 [[nodiscard]] std::vector<std::filesystem::path> write_models(const Identification& identification,
                                                               const std::filesystem::path& folder);
 
-/// Publishes an identification in the run's folder: accepted models go to models/, the others to models/rejected/;
-/// fit.csv, fit_paper.csv, the frequency response, the next experiment and the manifest's section `identification`
-/// follow; then the link `latest` moves to the run if a model was accepted.
+/// Publishes an identification in the run's folder, which is held open: accepted models go to models/, the others to
+/// models/rejected/; fit.csv, fit_paper.csv, the frequency response, the next experiment and the manifest's section
+/// `identification` follow; then the link `latest` moves to the run if a model was accepted.
 /// @returns the paths, the models' first @throws IoError, PermissionError, DataError
 [[nodiscard]] std::vector<std::filesystem::path> publish(const Identification& identification,
-                                                         const std::filesystem::path& run_folder);
+                                                         const record::OpenRun& run);
 
 /// Returns the next experiment among the files written; none if the identification wrote none.
 [[nodiscard]] std::optional<std::filesystem::path> next_experiment_file(

@@ -114,6 +114,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   }
   source.record = std::move(run.record);
   source.run_folder = std::move(run.folder);
+  source.opened = std::move(run.opened);
   source.rig_text = std::move(run.rig_text);
   source.outcome = run.outcome;
   source.units = record::rig_units(run.manifest.other);

@@ -22,6 +22,7 @@ struct Source {
   ident::Record record;
   std::optional<config::ExperimentConfig> experiment;  ///< the run's, or the named one
   std::optional<std::filesystem::path> run_folder;     ///< when it is a run
+  record::OpenRun opened = {};                         ///< the same, held; what is written of it goes there
   /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;

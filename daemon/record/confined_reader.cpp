@@ -52,7 +52,8 @@ ReaderLimits limits_for(std::uint64_t file_bytes) {
           kLeastMemory + std::min(file_bytes, (kMostMemory - kLeastMemory) / kMemoryPerByte) * kMemoryPerByte};
 }
 
-ConfinedReader::ConfinedReader(std::string_view kind, const std::filesystem::path& path, int cost) : path_(path) {
+ConfinedReader::ConfinedReader(std::string_view kind, const std::filesystem::path& path, int cost)
+    : path_(os::shown(path)) {
   const os::FileDescriptor file = os::open_file(path, O_RDONLY);
   const std::filesystem::path program = find_program("eha-reader");
   if (program.empty()) throw IoError("eha-reader is not installed beside eha; install the package again");
@@ -65,7 +66,7 @@ ConfinedReader::ConfinedReader(std::string_view kind, const std::filesystem::pat
   const os::FileDescriptor to(ends[1]);
   const os::FileDescriptor silent = os::open_file("/dev/null", O_WRONLY);
   process_ = std::make_unique<os::ChildProcess>(
-      os::SpawnRequest{.words = {program.string(), std::string(kind), path.string(),
+      os::SpawnRequest{.words = {program.string(), std::string(kind), path_.string(),
                                  fmt::format("{}", limits_.cpu_time.count()), fmt::format("{}", limits_.memory_bytes)},
                        .standard_output = &to,
                        .standard_error = &silent,

@@ -48,7 +48,7 @@ class JournalFile {
   explicit JournalFile(const std::filesystem::path& path) : path_(path), file_(os::open_file(path, O_RDONLY)) {
     struct stat status {};
     if (::fstat(file_.get(), &status) != 0) os::throw_system_error("look at", path, errno);
-    if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + path.string() + ": it is a folder");
+    if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + os::shown(path) + ": it is a folder");
     size_ = static_cast<std::uint64_t>(status.st_size);
   }
 
@@ -340,7 +340,7 @@ JournalFacts read_journal(const std::filesystem::path& path,
   BlockReader reader(path, consume);
   JournalFacts facts = reader.read();
   if (facts.header.is_null() && !reader.found_any()) {
-    throw DataError(path.string() + ": not a journal of a run (it does not begin with " + std::string(kMagic) +
+    throw DataError(os::shown(path) + ": not a journal of a run (it does not begin with " + std::string(kMagic) +
                     " and an intact header, and holds no intact block)");
   }
   return facts;

@@ -374,7 +374,7 @@ void require_plain_files(const std::filesystem::path& folder) {
     const fs::file_type type = entry->status(ignored).type();
     if (type == fs::file_type::fifo || type == fs::file_type::character || type == fs::file_type::block ||
         type == fs::file_type::socket) {
-      throw DataError(entry->path().string() + ": a pipe or a device, not a file of a run; remove it");
+      throw DataError(os::shown(entry->path()) + ": a pipe or a device, not a file of a run; remove it");
     }
     if (entry.depth() >= kDeepest) entry.disable_recursion_pending();
   }
@@ -383,7 +383,7 @@ void require_plain_files(const std::filesystem::path& folder) {
 Manifest read_manifest(const std::filesystem::path& folder) {
   require_plain_files(folder);
   const std::filesystem::path path = folder / kManifestFile;
-  return manifest_from_json(Json::parse(os::read_file(path), nullptr, false), path.string());
+  return manifest_from_json(Json::parse(os::read_file(path), nullptr, false), os::shown(path));
 }
 
 void write_manifest(const std::filesystem::path& folder, Manifest& manifest) {

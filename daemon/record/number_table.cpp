@@ -84,7 +84,7 @@ class Reader {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw DataError(fmt::format("{}:{}: {}", path_.string(), line_, what));
+    throw DataError(fmt::format("{}:{}: {}", os::shown(path_), line_, what));
   }
 
   const std::filesystem::path& path_;

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "core/terminal_text.hpp"
 
 namespace eha::record {
@@ -17,7 +18,7 @@ void require_no_link(const std::filesystem::path& path) {
   if (!std::filesystem::is_symlink(path, ignored)) return;
   throw DataError(
       fmt::format("{}: is a link; the files of such a folder are its own, and a link may lead to any other file",
-                  one_line(path.string())));
+                  one_line(os::shown(path))));
 }
 
 void require_no_link_of_others(const std::filesystem::path& path) {
@@ -25,7 +26,7 @@ void require_no_link_of_others(const std::filesystem::path& path) {
   if (::lstat(path.c_str(), &status) != 0 || !S_ISLNK(status.st_mode)) return;
   if (status.st_uid == ::geteuid() || status.st_uid == 0) return;
   throw DataError(fmt::format("{}: is a link of another user, which may lead to any file; name the file itself",
-                              one_line(path.string())));
+                              one_line(os::shown(path))));
 }
 
 }  // namespace eha::record

@@ -43,7 +43,7 @@ void require_unchanged(const std::filesystem::path& path, const Manifest& manife
   for (const FileEntry& entry : manifest.files) {
     if (entry.path != path.filename().string()) continue;
     if (entry.sha256 == sha256_of_file(path)) return;
-    throw DataError(path.string() + ": changed since the run (its SHA-256 is not the one in " +
+    throw DataError(os::shown(path) + ": changed since the run (its SHA-256 is not the one in " +
                     std::string(kManifestFile) + "); restore it, or move it away to read the journal instead");
   }
 }
@@ -59,7 +59,7 @@ void read_raw(const std::filesystem::path& folder, const Manifest& manifest, Con
   }
   const std::filesystem::path journal = folder / kJournalFile;
   if (!std::filesystem::is_regular_file(journal)) {
-    throw IoError(folder.string() + ": holds neither " + std::string(kRawFile) + " nor " + std::string(kJournalFile));
+    throw IoError(os::shown(folder) + ": holds neither " + std::string(kRawFile) + " nor " + std::string(kJournalFile));
   }
   require_unchanged(journal, manifest);
   read_journal(journal, [&](std::span<const TickRecord> ticks) {
@@ -94,12 +94,17 @@ bool is_run_folder(const std::filesystem::path& path) {
 }
 
 LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going) {
+  return read_run(OpenRun(folder), still_going);
+}
+
+LoadedRun read_run(const OpenRun& opened, StillGoing still_going) {
   LoadedRun run;
-  run.folder = resolved_path(folder);
-  run.manifest = read_manifest(run.folder);
+  run.folder = opened.path();
+  run.opened = opened;
+  run.manifest = read_manifest(opened.files());
   const bool is_read_so_far = !run.manifest.outcome && still_going == StillGoing::read &&
-                              std::filesystem::exists(run.folder / kJournalFile) &&
-                              is_being_written(run.folder / kJournalFile);
+                              std::filesystem::exists(opened.files() / kJournalFile) &&
+                              is_being_written(opened.files() / kJournalFile);
   if (!run.manifest.outcome && !is_read_so_far) {
     throw DataError(run.folder.string() +
                     ": the run is still going, or its process died; in the second case: eha runs recover");
@@ -117,7 +122,7 @@ LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going) 
     input.push_back(voltage_V);
     output.push_back(displacement_in);
   });
-  read_raw(run.folder, run.manifest, [&](const std::vector<TickRecord>& ticks) { rows.add(ticks); });
+  read_raw(opened.files(), run.manifest, [&](const std::vector<TickRecord>& ticks) { rows.add(ticks); });
   rows.finish();
   if (input.empty()) throw DataError(run.folder.string() + ": the run holds no row of the experiment");
   run.interpolated_rows = rows.interpolated();
@@ -147,23 +152,23 @@ std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_f
   return runs;
 }
 
-std::string what_stands_for_latest(const std::filesystem::path& folder) {
-  const std::filesystem::path link = resolved_path(folder).parent_path() / kLatestLink;
+std::string what_stands_for_latest(const OpenRun& run) {
+  const std::filesystem::path link = run.beside() / kLatestLink;
   std::error_code unknown;
   const std::filesystem::file_status there = std::filesystem::symlink_status(link, unknown);
   if (!std::filesystem::exists(there) || std::filesystem::is_symlink(there)) return {};
-  return fmt::format("{} is a {} and stays as it is", link.string(),
+  return fmt::format("{} is a {} and stays as it is", os::shown(link),
                      std::filesystem::is_directory(there) ? "folder" : "file");
 }
 
-void publish_latest(const std::filesystem::path& folder) {
-  const std::filesystem::path run = resolved_path(folder);
-  const std::filesystem::path link = run.parent_path() / kLatestLink;
-  if (!what_stands_for_latest(folder).empty()) return;
+void publish_latest(const OpenRun& run) {
+  const std::filesystem::path link = run.beside() / kLatestLink;
+  if (!what_stands_for_latest(run).empty()) return;
   std::filesystem::path temporary = link;
   temporary += "." + std::to_string(::getpid()) + ".tmp";
   ::unlink(temporary.c_str());
-  if (::symlink(run.filename().c_str(), temporary.c_str()) != 0) os::throw_system_error("create", temporary, errno);
+  if (::symlink(run.path().filename().c_str(), temporary.c_str()) != 0)
+    os::throw_system_error("create", temporary, errno);
   if (::rename(temporary.c_str(), link.c_str()) != 0) {
     const int error_number = errno;
     ::unlink(temporary.c_str());

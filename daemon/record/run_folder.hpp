@@ -11,6 +11,7 @@
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/open_run.hpp"
 #include "ident/record.hpp"
 
 namespace eha::record {
@@ -26,6 +27,7 @@ inline constexpr std::string_view kLatestLink = "latest";        ///< beside the
 /// A run read back from its folder.
 struct LoadedRun {
   std::filesystem::path folder;
+  OpenRun opened;  ///< the same, held
   Manifest manifest;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   /// Every experiment row: applied volts in, displacement out; row 0 is the excitation's first tick, at 0 s.
@@ -52,9 +54,11 @@ enum class StillGoing {
   read,  ///< return its rows so far, like those of a completed run
 };
 
-/// Reads a run back from raw.h5, or from the journal if there is no raw.h5. A folder's `latest` link may be given.
+/// Reads a run back from raw.h5, or from the journal if there is no raw.h5.
 /// @throws DataError  a file was changed since the run (SHA-256), is damaged, or holds no experiment row
 /// @throws IoError, PermissionError  a file is missing or cannot be read
+[[nodiscard]] LoadedRun read_run(const OpenRun& run, StillGoing still_going = StillGoing::refuse);
+/// Opens it before. A folder's `latest` link may be given.
 [[nodiscard]] LoadedRun read_run(const std::filesystem::path& folder, StillGoing still_going = StillGoing::refuse);
 
 /// Reads every row as recorded, ramps included, from the same files with the same errors.
@@ -65,11 +69,11 @@ enum class StillGoing {
 [[nodiscard]] std::vector<std::filesystem::path> list_runs(const std::filesystem::path& runs_folder);
 
 /// What of another kind stands where the link `latest` beside the run folder would stand; empty for nothing.
-[[nodiscard]] std::string what_stands_for_latest(const std::filesystem::path& folder);
+[[nodiscard]] std::string what_stands_for_latest(const OpenRun& run);
 
 /// Moves the link `latest` beside the run folder to the run, atomically. Only for a run with an accepted model
 /// and without a reason_against_latest(). What is no link stays, see what_stands_for_latest().
 /// @throws IoError, PermissionError
-void publish_latest(const std::filesystem::path& folder);
+void publish_latest(const OpenRun& run);
 
 }  // namespace eha::record

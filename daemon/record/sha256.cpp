@@ -44,7 +44,7 @@ std::string sha256_of_file(const std::filesystem::path& path) {
   const auto there = std::filesystem::status(path, unknown);
   // A device or a pipe may have no end.
   if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
-    throw IoError(path.string() + ": no regular file");
+    throw IoError(os::shown(path) + ": no regular file");
   }
   Sha256 sum;
   os::read_in_pieces(path, [&](std::string_view piece) { sum.add(piece.data(), piece.size()); });

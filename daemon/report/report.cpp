@@ -50,11 +50,11 @@ Page page_of(const Subject& subject) {
   return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
 }
 
-std::vector<std::string> write_into_run(const std::filesystem::path& run_folder, const DisplayUnit& unit) {
-  const Page page = page_of(in_unit(load_run(run_folder), unit));
-  os::write_file_atomically(run_folder / kReportFile, page.html);
-  record::Manifest manifest = record::read_manifest(run_folder);
-  record::write_manifest(run_folder, manifest);
+std::vector<std::string> write_into_run(const record::OpenRun& run, const DisplayUnit& unit) {
+  const Page page = page_of(in_unit(load_run(run), unit));
+  os::write_file_atomically(run.files() / kReportFile, page.html);
+  record::Manifest manifest = record::read_manifest(run.files());
+  record::write_manifest(run.files(), manifest);
   return page.missing;
 }
 

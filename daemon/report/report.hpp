@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/display_unit.hpp"
+#include "daemon/record/open_run.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/report/subject.hpp"
 
@@ -20,6 +21,6 @@ inline constexpr std::string_view kReportFile = "report.html";
 
 /// Writes RUN/report.html, lengths in the unit, and lists it in run.json. @returns the missing plots, as Page
 /// @throws DataError, IoError, PermissionError  as load_run(), or the folder cannot be written
-std::vector<std::string> write_into_run(const std::filesystem::path& run_folder, const DisplayUnit& unit);
+std::vector<std::string> write_into_run(const record::OpenRun& run, const DisplayUnit& unit);
 
 }  // namespace eha::report

@@ -34,7 +34,7 @@ std::string text_of(const Json& json) { return json.is_string() ? json.get<std::
 
 ReportedModel read_model(const fs::path& path, const std::string& shown) {
   record::require_no_link_of_others(path);
-  return {ident::model_from_text(os::read_file(path), path.string()), shown};
+  return {ident::model_from_text(os::read_file(path), os::shown(path)), shown};
 }
 
 /// Reads files that an earlier version or another program's folder may lack.
@@ -147,14 +147,18 @@ Subject load_run(const fs::path& folder) {
   if (!record::is_run_folder(folder)) {
     throw DataError(folder.string() + ": no run folder; expected one, with run.json, or model files (JSON)");
   }
+  return load_run(record::OpenRun(folder));
+}
+
+Subject load_run(const record::OpenRun& run) {
+  const fs::path& folder = run.files();
   Subject subject;
   std::error_code ignored;
-  const fs::path whole = fs::canonical(folder, ignored);
-  subject.name = (whole.empty() ? folder : whole).filename().string();
+  subject.name = run.path().filename().string();
   const record::Manifest manifest = record::read_manifest(folder);
   // Only the process that writes the run may change run.json.
   if (!manifest.outcome) {
-    throw DataError(folder.string() +
+    throw DataError(run.path().string() +
                     ": the run is still going, or its process died; in the second case: eha runs recover");
   }
   subject.manifest = record::to_json(manifest);
@@ -180,11 +184,11 @@ Subject load_run(const fs::path& folder) {
   if (subject.fit.time_s.empty()) {
     if (!identification.is_null() && !subject.models.empty()) {
       subject.notes.push_back(
-          fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, shell_word(folder.string())));
+          fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, shell_word(run.path().string())));
     }
     for (const char* name : {kTrackRows, kTrackFile}) record::require_no_link(folder / name);
     try {
-      subject.record = record::read_run(folder).record;
+      subject.record = record::read_run(run).record;
       read_ended_trial(folder / kTrackFile, subject);
       if (const fs::path path = folder / kTrackRows; fs::exists(path, ignored)) subject.track = track_table(path);
     } catch (const DataError& error) {

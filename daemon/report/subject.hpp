@@ -10,6 +10,7 @@
 
 #include "daemon/identify/fit_table.hpp"
 #include "daemon/record/number_table.hpp"
+#include "daemon/record/open_run.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
 
@@ -64,6 +65,7 @@ struct Subject {
 
 /// Reads a run folder. @throws DataError, IoError, PermissionError  it is no run, or a file in it is damaged
 [[nodiscard]] Subject load_run(const std::filesystem::path& folder);
+[[nodiscard]] Subject load_run(const record::OpenRun& run);
 
 /// Reads model files. Uses fit.csv and frequency_response.csv of their folder, or of the run folder above it, if all
 /// are in one folder.

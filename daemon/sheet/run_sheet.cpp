@@ -16,8 +16,11 @@
 
 namespace eha::sheet {
 
-RunSheet sheet_of_run(const std::filesystem::path& folder) {
-  const record::LoadedRun run = record::read_run(folder);
+RunSheet sheet_of_run(const std::filesystem::path& folder) { return sheet_of_run(record::OpenRun(folder)); }
+
+RunSheet sheet_of_run(const record::OpenRun& opened) {
+  const record::LoadedRun run = record::read_run(opened);
+  const std::filesystem::path& folder = run.folder;
   if (!config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string()).characterises()) {
     throw DataError(fmt::format("{}: is no run of [characterise]; `eha characterise` plays one", folder.string()));
   }
@@ -35,6 +38,7 @@ RunSheet sheet_of_run(const std::filesystem::path& folder) {
         100.0 * static_cast<double>(run.interpolated_rows) / rows));
   }
   RunSheet found{.folder = run.folder,
+                 .opened = run.opened,
                  .rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string()),
                  .utc_start = {},
                  .sheet = {}};

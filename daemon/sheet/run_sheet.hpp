@@ -9,6 +9,7 @@
 #include "config/rig_config.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/record/open_run.hpp"
 #include "ident/valve/valve_sheet.hpp"
 
 namespace eha::sheet {
@@ -19,7 +20,8 @@ inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 /// A valve sheet and the run that it is from.
 struct RunSheet {
   std::filesystem::path folder;
-  config::RigConfig rig;  ///< as used
+  record::OpenRun opened;  ///< the same, held
+  config::RigConfig rig;   ///< as used
   std::string utc_start;
   ident::ValveSheet sheet;
 };
@@ -34,6 +36,7 @@ class RowsMissing : public DataError {
 /// @throws DataError  another run, one that did not complete, or one whose motion does not tell the valve; as
 ///                    RowsMissing, more than 1 % of its rows were not measured
 /// @throws IoError, PermissionError  as record::read_run
+[[nodiscard]] RunSheet sheet_of_run(const record::OpenRun& run);
 [[nodiscard]] RunSheet sheet_of_run(const std::filesystem::path& folder);
 
 /// One quantity of the sheet; without a name it belongs to the row above.

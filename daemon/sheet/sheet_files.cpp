@@ -67,10 +67,10 @@ Json to_json(const RunSheet& run) {
 
 std::vector<std::string> write_sheet(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<std::string> missing;
-  os::write_file_atomically(run.folder / kSheetFile, to_json(run).dump(2) + "\n");
-  os::write_file_atomically(run.folder / report::kReportFile, sheet_page(run, unit, missing));
-  record::Manifest manifest = record::read_manifest(run.folder);
-  record::write_manifest(run.folder, manifest);
+  os::write_file_atomically(run.opened.files() / kSheetFile, to_json(run).dump(2) + "\n");
+  os::write_file_atomically(run.opened.files() / report::kReportFile, sheet_page(run, unit, missing));
+  record::Manifest manifest = record::read_manifest(run.opened.files());
+  record::write_manifest(run.opened.files(), manifest);
   return missing;
 }
 

@@ -223,8 +223,8 @@ bool TrackResult::is_kept() const noexcept {
   return std::all_of(figures.begin(), figures.end(), [](const KeptFigure& f) { return f.is_kept(); });
 }
 
-std::vector<std::string> changes_until_fault(const std::filesystem::path& folder, const DisplayUnit& unit) {
-  const record::LoadedRun run = record::read_run(folder);
+std::vector<std::string> changes_until_fault(const record::OpenRun& opened, const DisplayUnit& unit) {
+  const record::LoadedRun run = record::read_run(opened);
   const config::ExperimentConfig experiment = tracked_experiment(run);
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
   const ident::AxisSettings& settings = experiment.tracking()->track.controller.settings;
@@ -247,6 +247,7 @@ namespace {
 TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig& experiment) {
   TrackResult result;
   result.folder = run.folder;
+  result.opened = run.opened;
   const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
   result.units = rig.units;
   result.controller = experiment.tracking()->track.controller;
@@ -284,13 +285,14 @@ TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig&
 
 }  // namespace
 
-TrackResult played_track(const std::filesystem::path& folder) {
-  const record::LoadedRun run = record::read_run(folder);
+TrackResult played_track(const record::OpenRun& opened) {
+  const record::LoadedRun run = record::read_run(opened);
   return played(run, tracked_experiment(run));
 }
 
-TrackResult track_result(const std::filesystem::path& folder) {
-  const record::LoadedRun run = record::read_run(folder);
+TrackResult track_result(const record::OpenRun& opened) {
+  const record::LoadedRun run = record::read_run(opened);
+  const std::filesystem::path& folder = run.folder;
   const config::ExperimentConfig experiment = tracked_experiment(run);
   if (run.outcome != acquisition::Outcome::completed) {
     throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
@@ -448,24 +450,24 @@ void write_rows(const TrackResult& result) {
     csv += fmt::format("{:.6g},{:.7g},{:.7g},{:.4g},{:.6g}\n", rows.time_s[i], rows.reference_in[i], rows.rod_in[i],
                        rows.reference_in[i] - rows.rod_in[i], rows.command_V[i]);
   }
-  os::write_file_atomically(result.folder / kTrackRows, csv);
+  os::write_file_atomically(result.opened.files() / kTrackRows, csv);
 }
 
 }  // namespace
 
-void write_ended_track(const std::filesystem::path& folder, const std::string& leak) {
+void write_ended_track(const record::OpenRun& run, const std::string& leak) {
   nlohmann::ordered_json document{{"schema", "eha-track/1"},
-                                  {"run", folder.string()},
+                                  {"run", run.path().string()},
                                   {"kept", false},
                                   {"ended_early", true},
-                                  {"changes", changes_until_fault(folder, DisplayUnit("in"))}};
+                                  {"changes", changes_until_fault(run, DisplayUnit("in"))}};
   if (!leak.empty()) document["leak"] = leak;
-  os::write_file_atomically(folder / kTrackFile, document.dump(2) + "\n");
-  write_rows(played_track(folder));
+  os::write_file_atomically(run.files() / kTrackFile, document.dump(2) + "\n");
+  write_rows(played_track(run));
 }
 
 void write_track(const TrackResult& result) {
-  os::write_file_atomically(result.folder / kTrackFile, to_json(result).dump(2) + "\n");
+  os::write_file_atomically(result.opened.files() / kTrackFile, to_json(result).dump(2) + "\n");
   write_rows(result);
 }
 

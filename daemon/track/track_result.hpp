@@ -10,6 +10,7 @@
 
 #include "config/controller_config.hpp"
 #include "core/display_unit.hpp"
+#include "daemon/record/open_run.hpp"
 #include "ident/control/trial.hpp"
 
 namespace eha::track {
@@ -64,7 +65,8 @@ struct SeenValve {
 /// Results of a run of [track].
 struct TrackResult {
   std::filesystem::path folder;
-  std::string units;  ///< of displayed lengths, from the rig file; empty: inches
+  record::OpenRun opened;  ///< the same, held
+  std::string units;       ///< of displayed lengths, from the rig file; empty: inches
   config::ControllerConfig controller;
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
@@ -84,20 +86,19 @@ struct TrackResult {
 /// Generates the reference again from the readings.
 /// @throws DataError  the run is none of [track], or is not complete
 /// @throws IoError, PermissionError  as record::read_run
-[[nodiscard]] TrackResult track_result(const std::filesystem::path& folder);
+[[nodiscard]] TrackResult track_result(const record::OpenRun& run);
 
 /// The rows of a run of [track] and their means, also of one that ended early; without figures.
 /// @throws DataError  the run is none of [track], or has no row of the controller
 /// @throws IoError, PermissionError  as record::read_run
-[[nodiscard]] TrackResult played_track(const std::filesystem::path& folder);
+[[nodiscard]] TrackResult played_track(const record::OpenRun& run);
 
 /// Compares the valve that the rod's motion shows with the controller's, a phrase each.
 [[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
 
 /// The same for a trial that ended early; nothing if the rod moved too little.
 /// @throws DataError, IoError, PermissionError  as track_result()
-[[nodiscard]] std::vector<std::string> changes_until_fault(const std::filesystem::path& folder,
-                                                           const DisplayUnit& unit);
+[[nodiscard]] std::vector<std::string> changes_until_fault(const record::OpenRun& run, const DisplayUnit& unit);
 
 /// "yes", "no" or "hidden by noise".
 [[nodiscard]] std::string kept_text(const KeptFigure& figure);
@@ -114,6 +115,6 @@ void write_track(const TrackResult& result);
 /// Writes track.json of a trial that ended early: not kept, and changes_until_fault(); and track.csv of what was
 /// played. @param leak  as sheet::leak_of() of the valve's sheet; empty: none
 /// @throws as changes_until_fault() and played_track()
-void write_ended_track(const std::filesystem::path& folder, const std::string& leak = {});
+void write_ended_track(const record::OpenRun& run, const std::string& leak = {});
 
 }  // namespace eha::track

@@ -52,7 +52,8 @@ class PublishModels : public testing::Test {
 };
 
 TEST_F(PublishModels, PutsAcceptedModelsInPlaceAndMovesLatest) {
-  static_cast<void>(publish({.models = {model_that(Came::accepted, "io"), model_that(Came::rejected, "fo")}}, run_));
+  static_cast<void>(
+      publish({.models = {model_that(Came::accepted, "io"), model_that(Came::rejected, "fo")}}, record::OpenRun(run_)));
   EXPECT_TRUE(has("models/io.json"));
   EXPECT_FALSE(has("models/fo.json"));
   EXPECT_TRUE(has("models/rejected/fo.json"));
@@ -68,7 +69,7 @@ TEST_F(PublishModels, WritesWhatIsRecommendedWhatWasTriedAndTheNextExperiment) {
   identification.rounds = {{"the asked models", "", false}, {"other starts (seed 2)", "none is identified", false}};
   identification.refused = {{"io_valve", "too few samples beyond one side"}};
   identification.next_experiment = {"schema = 1\n", "a longer one"};
-  const auto written = publish(identification, run_);
+  const auto written = publish(identification, record::OpenRun(run_));
   EXPECT_EQ(next_experiment_file(written), run_ / "next_experiment.toml");
   EXPECT_EQ(content_of(run_ / "next_experiment.toml"), "schema = 1\n");
   const auto entry = nlohmann::json::parse(content_of(run_ / "run.json")).at("identification");
@@ -77,12 +78,12 @@ TEST_F(PublishModels, WritesWhatIsRecommendedWhatWasTriedAndTheNextExperiment) {
   EXPECT_EQ(entry.at("refused").at(0).at("model"), "io_valve");
   EXPECT_EQ(entry.at("next_experiment").at("file"), "next_experiment.toml");
   // A later fit that needs none takes it away.
-  EXPECT_FALSE(next_experiment_file(publish({.models = {model_that(Came::accepted)}}, run_)));
+  EXPECT_FALSE(next_experiment_file(publish({.models = {model_that(Came::accepted)}}, record::OpenRun(run_))));
   EXPECT_FALSE(has("next_experiment.toml"));
 }
 
 TEST_F(PublishModels, LeavesLatestAloneWhenAllAreRejected) {
-  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));
+  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, record::OpenRun(run_)));
   EXPECT_FALSE(fs::exists(fs::symlink_status(folder_.path() / "latest")));
   EXPECT_TRUE(has("models/rejected/fo.json"));
 }
@@ -91,7 +92,7 @@ TEST_F(PublishModels, LeavesLatestAloneForARunThatWasStoppedEarlyAndSaysWhy) {
   folder_.write(fs::relative(run_ / "run.json", folder_.path()),
                 R"({"schema": "eha-run/1", "outcome": "interrupted", "sample_period_s": 0.001, "repetitions": 1,
                     "samples_per_repetition": 50000, "report": {"counters": {"ticks": 2500}}})");
-  static_cast<void>(publish({.models = {model_that(Came::accepted, "io")}}, run_));
+  static_cast<void>(publish({.models = {model_that(Came::accepted, "io")}}, record::OpenRun(run_)));
   EXPECT_TRUE(has("models/io.json")) << "its models are kept all the same";
   EXPECT_FALSE(fs::exists(fs::symlink_status(folder_.path() / "latest")));
   const auto entry = nlohmann::json::parse(content_of(run_ / "run.json")).at("identification");
@@ -103,7 +104,8 @@ TEST_F(PublishModels, WritesThroughNoLinkedFolder) {
   fs::create_directories(elsewhere);
   fs::create_directories(run_ / "models");
   fs::create_directory_symlink(elsewhere, run_ / "models" / "rejected");
-  EXPECT_THROW(static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_)), PermissionError);
+  EXPECT_THROW(static_cast<void>(publish({.models = {model_that(Came::rejected)}}, record::OpenRun(run_))),
+               PermissionError);
   EXPECT_TRUE(fs::is_empty(elsewhere));
 }
 
@@ -125,7 +127,7 @@ TEST_F(PublishModels, WritesThroughNoLinkThatTakesTheFoldersPlaceMeanwhile) {
   for (int i = 0; i < 200; ++i) {
     for (const Came came : {Came::accepted, Came::rejected}) {
       try {
-        static_cast<void>(publish({.models = {model_that(came)}}, run_));
+        static_cast<void>(publish({.models = {model_that(came)}}, record::OpenRun(run_)));
       } catch (const std::exception&) {
         // Refused, or a file is gone: what the other user wants of the own folder.
       }
@@ -139,8 +141,8 @@ TEST_F(PublishModels, WritesThroughNoLinkThatTakesTheFoldersPlaceMeanwhile) {
 }
 
 TEST_F(PublishModels, TakesBackAModelThatALaterFitRejects) {
-  static_cast<void>(publish({.models = {model_that(Came::accepted)}}, run_));
-  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, run_));
+  static_cast<void>(publish({.models = {model_that(Came::accepted)}}, record::OpenRun(run_)));
+  static_cast<void>(publish({.models = {model_that(Came::rejected)}}, record::OpenRun(run_)));
   EXPECT_FALSE(has("models/fo.json"));
   EXPECT_TRUE(has("models/rejected/fo.json"));
 }

@@ -93,16 +93,16 @@ TEST_F(RunFolder, LeavesAFileOfTheNameLatest) {
   const play::FinishedRun finished = run();
   const std::filesystem::path file = folder_ / "runs" / "latest";
   std::ofstream(file) << "precious";
-  EXPECT_NE(what_stands_for_latest(finished.folder).find("is a file and stays"), std::string::npos);
-  publish_latest(finished.folder);
+  EXPECT_NE(what_stands_for_latest(OpenRun(finished.folder)).find("is a file and stays"), std::string::npos);
+  publish_latest(OpenRun(finished.folder));
   EXPECT_EQ(os::read_file(file), "precious");
 }
 
 TEST_F(RunFolder, MovesLatestToARunAndItCanBeReadThroughTheLink) {
   const play::FinishedRun first = run();
-  publish_latest(first.folder);
+  publish_latest(OpenRun(first.folder));
   const play::FinishedRun second = run();
-  publish_latest(second.folder);
+  publish_latest(OpenRun(second.folder));
   const std::filesystem::path latest = folder_ / "runs" / "latest";
   EXPECT_EQ(std::filesystem::read_symlink(latest), second.folder.filename());
   EXPECT_EQ(read_run(latest).folder, std::filesystem::canonical(second.folder));

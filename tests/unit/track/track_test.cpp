@@ -110,7 +110,7 @@ std::string Track::text_;
 TEST_F(Track, KeepsItsPromiseOnItsRig) {
   const play::FinishedRun run = played(text_);
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
-  const TrackResult result = track_result(run.folder);
+  const TrackResult result = track_result(record::OpenRun(run.folder));
   EXPECT_TRUE(result.is_kept()) << track_text(result, DisplayUnit("in"));
   EXPECT_TRUE(changes_of(result, DisplayUnit("in")).empty()) << track_text(result, DisplayUnit("in"));
   EXPECT_NEAR(result.noise_in, sim().sensor_noise_V * sim().scale_in_per_V, 0.1 * result.noise_in);
@@ -118,7 +118,7 @@ TEST_F(Track, KeepsItsPromiseOnItsRig) {
 }
 
 TEST_F(Track, MeasuresTheSettlingFinerThanItIsPromised) {
-  const TrackResult result = track_result(played(text_).folder);
+  const TrackResult result = track_result(record::OpenRun(played(text_).folder));
   const auto settling = std::find_if(result.figures.begin(), result.figures.end(),
                                      [](const KeptFigure& f) { return f.name.starts_with("settling"); });
   ASSERT_NE(settling, result.figures.end());
@@ -144,7 +144,7 @@ TEST_F(Track, NamesADeadBandThatHasGrown) {
   sim().valve_dead_band_V += 0.1;
   const play::FinishedRun run = played(text_);
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
-  const TrackResult result = track_result(run.folder);
+  const TrackResult result = track_result(record::OpenRun(run.folder));
   EXPECT_FALSE(result.is_kept());
   const std::vector<std::string> changes = changes_of(result, DisplayUnit("mm"));
   ASSERT_EQ(changes.size(), 1U) << track_text(result, DisplayUnit("in"));
@@ -156,7 +156,7 @@ TEST_F(Track, NamesGainsThatHaveFallen) {
   sim().valve_rated_flow_L_per_min *= 0.8;
   const play::FinishedRun run = played(text_);
   ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
-  const TrackResult result = track_result(run.folder);
+  const TrackResult result = track_result(record::OpenRun(run.folder));
   EXPECT_FALSE(result.is_kept());
   const std::vector<std::string> changes = changes_of(result, DisplayUnit("mm"));
   ASSERT_EQ(changes.size(), 2U) << track_text(result, DisplayUnit("in"));
@@ -178,9 +178,9 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const play::FinishedRun run = played(text_);
   EXPECT_EQ(run.report.outcome, Outcome::faulted);
   EXPECT_EQ(run.report.fault.fault, Fault::following_error) << acquisition::describe(run.report);
-  write_ended_track(run.folder, "the rod creeps");
+  write_ended_track(record::OpenRun(run.folder), "the rod creeps");
   const record::NumberTable rows = record::read_number_table(run.folder / kTrackRows);
-  const TrackResult ended = played_track(run.folder);
+  const TrackResult ended = played_track(record::OpenRun(run.folder));
   ASSERT_EQ(rows.rows(), ended.rows.rod_in.size());
   // The error that ended it is seen in the rows.
   const std::vector<double>& error = *rows.find("error_in");
@@ -236,7 +236,7 @@ TEST_F(Track, WaitsForThePressure) {
   rig_ = config::parse_rig(text.replace(at, 22, "pressure_delay_s = 1.5"), "rig.toml");
   const play::FinishedRun run = played(text_);
   ASSERT_EQ(run.report.outcome, Outcome::completed) << to_text(run.report.fault.fault);
-  const TrackResult result = track_result(run.folder);
+  const TrackResult result = track_result(record::OpenRun(run.folder));
   EXPECT_TRUE(result.is_kept()) << track_text(result, DisplayUnit("in"));
   const record::LoadedRun record = record::read_run(run.folder);
   EXPECT_NEAR(record.record.input.head(1400).maxCoeff(), number("null_V"), 1e-3)
