@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/rig/arming.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::doctor {
 namespace {
@@ -16,9 +17,8 @@ namespace {
 constexpr double kLongestFrozen_s = 2.0;
 constexpr double kLongestLate_s = 0.1;
 
-}  // namespace
-
-Check check_limits(const config::RigConfig& rig) {
+/// What is watched less closely than a machine needs.
+std::vector<std::string> loose_limits(const config::RigConfig& rig) {
   const config::RigLimits& limits = rig.limits;
   const config::RealtimeOptions& realtime = rig.realtime;
   std::vector<std::string> loose;
@@ -33,6 +33,14 @@ Check check_limits(const config::RigConfig& rig) {
     loose.push_back(fmt::format("realtime.abort_consecutive_late = {}: the loop may be late for {:.2g} s in a row",
                                 realtime.abort_consecutive_late, late_s));
   }
+  return loose;
+}
+
+}  // namespace
+
+Check check_limits(const config::RigConfig& rig) {
+  std::vector<std::string> loose;
+  if (hal::moves_machine(rig.backend)) loose = loose_limits(rig);
   const ArmingFindings findings = arming_findings(rig);
   if (!findings.refusals.empty()) {
     return fail("limits", fmt::format("the rig cannot be armed\n{}", fmt::join(findings.refusals, "\n")),

@@ -147,9 +147,9 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
       append(checks, doctor::check_card(*card, doctor::find_card(*card, kRoot, machine.kernel.release)));
       append(checks, doctor::check_lines(*card));
     }
-    checks.push_back(doctor::check_limits(*rig));
-    checks.push_back(check_guard());
   }
+  if (rig) checks.push_back(doctor::check_limits(*rig));
+  if (moves) checks.push_back(check_guard());
   append(checks, doctor::check_runs_folder(doctor::look_at_runs_folder(command.output), realtime.sample_period_s));
   const ExitCode code = doctor::exit_code(checks);
   show(checks, code, console);

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/rig/arming.hpp"
 
 namespace eha::cli {
 namespace {
@@ -59,6 +60,16 @@ void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::pa
   console.warning(fmt::format(
       "{} was edited since ehad read it, and the limits of before are in force; `{}` (while disarmed) puts it in force",
       rig.at("file").get<std::string>(), through(socket, "eha reload")));
+}
+
+void warn_of_rig_file(const nlohmann::ordered_json& rig, const Console& console) {
+  if (is_edited_since_read(rig)) return;
+  try {
+    const config::RigConfig read = config::load_rig(rig.at("file").get<std::string>());
+    for (const std::string& sentence : arming_findings(read).warnings) console.warning(sentence);
+  } catch (const Error& error) {
+    console.debug(fmt::format("the rig file is not judged: {}", error.what()));
+  }
 }
 
 }  // namespace eha::cli

@@ -27,4 +27,8 @@ namespace eha::cli {
 /// Warns of such a file before a motion: other limits may be in force than a reader of the file believes.
 void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console);
 
+/// Warns at arming of what a rig file that this user may read leaves without protection, and of what is no number of a
+/// rig. Silent for a file that was edited since the service read it.
+void warn_of_rig_file(const nlohmann::ordered_json& rig, const Console& console);
+
 }  // namespace eha::cli

@@ -289,6 +289,7 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
     const Json status = status_with_rod(client);
     const Json& rig = status.at("rig");
     warn_if_edited(rig, command.socket, console);
+    warn_of_rig_file(rig, console);
     const DisplayUnit unit = console.unit(rig.value("units", ""));
     if (status.at("run").is_null()) {
       way = way_to_middle(status.at("rod"), unit);

@@ -52,6 +52,10 @@ bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(confi
 
 void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
+  const ArmingFindings findings = arming_findings(config);
+  for (const std::string& sentence : findings.refusals)
+    spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
+  for (const std::string& sentence : findings.warnings) spdlog::warn("{}: {}", config.file_name, sentence);
   if (!hal::moves_machine(config.backend)) {
     replica_ = hal::open(config.backend, config.limits.safe_V);
     opened_text_ = config.text;
@@ -64,10 +68,6 @@ void RigKeeper::open(const config::RigConfig& config) {
   const hal::RigCapabilities& card = card_->rig().capabilities();
   rod_.begin(card);
   spdlog::info("{}: open ({}, {}), {}", card.device, card.board, card.driver, rest_text(config));
-  const ArmingFindings findings = arming_findings(config);
-  for (const std::string& sentence : findings.refusals)
-    spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
-  for (const std::string& sentence : findings.warnings) spdlog::warn("{}: {}", config.file_name, sentence);
 }
 
 void RigKeeper::hold_folder() {

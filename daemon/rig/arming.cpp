@@ -13,8 +13,9 @@
 #include "config/measured_check.hpp"
 #include "config/needs_following.hpp"
 #include "core/error.hpp"
-#include "core/priorities.hpp"
+#include "core/millimetre_key.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
+#include "daemon/rig/realtime_findings.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -46,12 +47,9 @@ constexpr double kLeastGainShare = 0.01;    ///< of the velocity limit, at half 
 /// Half of a gain [in/(V s)]. A number in another unit is 10 or 25.4 times too small, and lets a dead sensor pass:
 /// pinned by slip_campaign_test.cpp.
 constexpr double kLeastUnmeasuredGain_in_per_V_s = 0.05;
-constexpr double kLongestTick_s = 0.05;  ///< reaction time of every check
-/// Reaction time to a loop that stands still; a host that takes processors away needs 0.15 s.
-constexpr double kLongestStall_s = 0.2;
-/// Of a valve that nobody measured. Its pulses at 0.05 s move a rod of 1.7 in/(V s) by 0.9 in, at 0.02 s by 0.56 in;
-/// with both gains a tenth of the rod's, a dead sensor at 0.05 s is found after 1.2 in/s and 0.45 in.
-constexpr double kLongestTickUnmeasured_s = 0.02;
+/// Of the travel, below which a file speaks of another unit than it means: 25.4 times too small, it is 4 % or 6 mm.
+constexpr double kLeastTravelShare = 0.1;  ///< of what the sensor shows
+constexpr double kLeastTravel_mm = 10.0;
 
 constexpr int kReadings = 20;
 /// Between two readings [s]. A sensor that drifts is seen, and no harmonic of the mains always at the same phase.
@@ -60,9 +58,18 @@ constexpr double kShortTick_s = 0.001;
 constexpr double kRangeOfUnmeasured_in = 0.025;
 constexpr double kSpread = 3.7;  // mean range of so many normal readings over their standard deviation
 
+constexpr const char* kChangedNumber =
+    "following.measured_check does not fit: a measured number of [following] was changed after eha characterise wrote "
+    "it; put the lines of eha characterise RUN into the file again, or measure anew";
+
 constexpr const char* kMeasureIt =
     "measure it (eha characterise, or eha characterise RUN of a run of before) and take its lines with measured_check "
     "and measured_rig_check";
+
+/// Whether a measured number is another one than the sum is of.
+bool has_changed(const config::Following& following) {
+  return following.measured_check && *following.measured_check != config::measured_check_of(following);
+}
 
 /// In either direction [in/(V s)]. The keys have half of it.
 double greatest_gain(const config::Following& following) {
@@ -97,11 +104,7 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
   const config::RigLimits& limits = rig.limits;
   const config::Following& following = *limits.following;
   const bool is_as_measured = config::is_as_measured(rig);
-  if (following.measured_check && *following.measured_check != config::measured_check_of(following)) {
-    refusals.emplace_back(
-        "following.measured_check does not fit: a measured number of [following] was changed after eha characterise "
-        "wrote it; put the lines of eha characterise RUN into the file again, or measure anew");
-  }
+  if (has_changed(following)) refusals.emplace_back(kChangedNumber);
   if (following.measured_rig_check && *following.measured_rig_check != config::measured_rig_check_of(rig.backend)) {
     refusals.emplace_back(
         "following.measured_rig_check does not fit: the numbers of [following] were measured with another card, other "
@@ -263,6 +266,28 @@ void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
   }
 }
 
+/// Warns of a travel in which hardly any rod moves: of a rig file with inches for millimetres.
+void judge_travel(const config::RigConfig& rig, std::vector<std::string>& warnings) {
+  const config::RigLimits& limits = rig.limits;
+  const hal::Conversion sensor = hal::conversion_of(rig.backend);
+  const double travel_in = limits.travel_max_in - limits.travel_min_in;
+  const double shown_in = std::abs(sensor.scale_in_per_V * (sensor.feedback_max_V - sensor.feedback_min_V));
+  if (travel_in < kLeastTravelShare * shown_in) {
+    warnings.push_back(
+        fmt::format("limits.travel_min_in..travel_max_in = {:g}..{:g} in, {:.2g} % of the {:.3g} in ({:.3g} mm) that "
+                    "the sensor can "
+                    "show: inches for millimetres? Set the travel of the rig",
+                    limits.travel_min_in, limits.travel_max_in, 100.0 * travel_in / shown_in, shown_in,
+                    kMillimetresPerInch * shown_in));
+  } else if (const double travel_mm = kMillimetresPerInch * travel_in; travel_mm < kLeastTravel_mm) {
+    warnings.push_back(fmt::format(
+        "limits.travel_min_in..travel_max_in = {:g}..{:g} in, a travel of {:.2g} mm: are limits and sensor of "
+        "the rig file in another unit than their keys? A rod that goes further than it reads is too fast "
+        "for every limit",
+        limits.travel_min_in, limits.travel_max_in, travel_mm));
+  }
+}
+
 void judge_sample(const config::RigConfig& rig, std::vector<std::string>& refusals) {
   if (!rig.is_sample) return;
   refusals.push_back(
@@ -279,41 +304,19 @@ std::string named(const hal::Rig& rig) {
 
 ArmingFindings arming_findings(const config::RigConfig& rig) {
   ArmingFindings findings;
-  if (!hal::moves_machine(rig.backend)) return findings;
+  judge_travel(rig, findings.warnings);
+  if (!hal::moves_machine(rig.backend)) {
+    if (rig.limits.following && has_changed(*rig.limits.following)) {
+      findings.warnings.push_back(fmt::format("{}; a rig that moves a machine would not be armed", kChangedNumber));
+    }
+    return findings;
+  }
   judge_sample(rig, findings.refusals);
   judge_safe_V(rig, findings.refusals);
   judge_limits(rig, findings.refusals);
-  if (rig.realtime.sample_period_s > kLongestTick_s) {
-    findings.refusals.push_back(
-        fmt::format("realtime.sample_period_s = {:g} s: every check acts a tick late; set at most {:g} on a rig that "
-                    "moves a machine",
-                    rig.realtime.sample_period_s, kLongestTick_s));
-  }
-  if (const auto& stall_s = rig.realtime.stall_limit_s; stall_s && *stall_s > kLongestStall_s) {
-    findings.refusals.push_back(
-        fmt::format("realtime.stall_limit_s = {:g} s: while the loop stands still the rod moves on by up to {:.2g} in "
-                    "before the guard acts; set at most {:g}, or leave it out",
-                    *stall_s, *stall_s * rig.limits.velocity_limit_in_per_s, kLongestStall_s));
-  }
+  judge_realtime(rig, findings);
   judge_sensor(rig, findings);
-  if (config::needs_following(rig) && rig.realtime.sample_period_s > kLongestTickUnmeasured_s) {
-    findings.refusals.push_back(fmt::format(
-        "realtime.sample_period_s = {:g} s: without [following] the valve is found by pulses, which are too "
-        "long at this tick; set at most {:g} until the valve is measured",
-        rig.realtime.sample_period_s, kLongestTickUnmeasured_s));
-  } else if (!config::is_as_measured(rig) && rig.realtime.sample_period_s > kLongestTickUnmeasured_s) {
-    findings.refusals.push_back(fmt::format(
-        "realtime.sample_period_s = {:g} s: [following] is not as it was measured on this rig, and at this tick a dead "
-        "sensor is found too late for numbers that may be wrong; set at most {:g}, or {}",
-        rig.realtime.sample_period_s, kLongestTickUnmeasured_s, kMeasureIt));
-  }
   if (config::needs_following(rig)) findings.warnings.emplace_back(config::kNeedsFollowing);
-  if (rig.realtime.priority > kHighestLoopPriority) {
-    findings.warnings.push_back(fmt::format(
-        "realtime.priority = {} is limited to {}: the guard runs at {} and must be able to preempt the loop; "
-        "set at most {}",
-        rig.realtime.priority, kHighestLoopPriority, kGuardPriority, kHighestLoopPriority));
-  }
   return findings;
 }
 

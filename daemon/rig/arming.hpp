@@ -11,7 +11,7 @@
 namespace eha {
 
 /// Findings on the protection that a rig file gives the machine, in sentences for its owner; each names the key and an
-/// allowed value. All empty for a rig that moves no machine.
+/// allowed value. A rig that moves no machine has warnings only, of what is no number of a rig.
 struct ArmingFindings {
   std::vector<std::string> refusals;  ///< the rig is not armed while there is one of these
   std::vector<std::string> warnings;  ///< the rig is armed, with less protection than possible
@@ -19,9 +19,9 @@ struct ArmingFindings {
 
 /// Judges a rig file. Refused are limits that protect from nothing (a safe voltage that drives the valve, a velocity,
 /// slew, deceleration or following limit that nothing reaches), numbers of [following] that no valve of such a rig has,
-/// a tick of more than 50 ms, and a sensor whose open wire reads as a place within the travel. Warned of are a missing
-/// [following], without which only [characterise] is played, or [sensor], an unknown open_circuit_V and a priority that
-/// the guard could not preempt.
+/// what judge_realtime() refuses, and a sensor whose open wire reads as a place within the travel. Warned of are a
+/// missing [following], without which only [characterise] is played, or [sensor], an unknown open_circuit_V, a priority
+/// that the guard could not preempt and a travel that may be in another unit.
 [[nodiscard]] ArmingFindings arming_findings(const config::RigConfig& rig);
 
 /// Opens a rig, whose output is then at its safe voltage.

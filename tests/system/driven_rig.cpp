@@ -125,8 +125,8 @@ std::string DrivenRig::rig_text(std::optional<int> cpu) {
   std::string text = replaced(content_of(source_file("config/rigs/pci1716.toml")), "sample = true ", "# no sample ");
   if (cpu) text = replaced(text, "# cpu = 1 ", "cpu = " + std::to_string(*cpu) + " ");
   // What a shared machine does to the ticks is not under test, and it takes processors away for 0.1 s.
-  text = replaced(text, "abort_consecutive_late = 5 ", "abort_consecutive_late = 1000000 ");
-  text = replaced(text, "abort_total_late = 50 ", "stall_limit_s = 0.15\nabort_total_late = 1000000 ");
+  text = replaced(text, "abort_consecutive_late = 5 ", "abort_consecutive_late = 1000 ");
+  text = replaced(text, "abort_total_late = 50 ", "stall_limit_s = 0.15\nabort_total_late = 10000 ");
   return text;
 }
 

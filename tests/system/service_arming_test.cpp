@@ -157,6 +157,8 @@ INSTANTIATE_TEST_SUITE_P(
                       BadLine{"velocity_limit_in_per_s = 8.0 ", "velocity_limit_in_per_s = 1e9 ", "at most 56"},
                       BadLine{"slew_V_per_s = 20.0 ", "slew_V_per_s = 1e9 ", "at most 1e+03"},
                       BadLine{"dead_band_V = 0.3 ", "dead_band_V = 3.0 ", "at most 1.5"},
+                      BadLine{"abort_consecutive_late = 1000 ", "abort_consecutive_late = 1000000 ", "at most 1000,"},
+                      BadLine{"abort_total_late = 10000 ", "abort_total_late = 1000000 ", "at most 10000,"},
                       BadLine{"# no sample ", "sample = true ", "remove this line"},
                       BadLine{"open_circuit_V = 10.0 ", "open_circuit_V = 0.0 ", "bias the input to a rail"}));
 

@@ -33,10 +33,18 @@ TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
   };
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 0.0; }), "frozen_sensor_s is off"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s"));
-  EXPECT_TRUE(
-      names(warning([](auto& rig) { rig.realtime.abort_consecutive_late = 1'000'000; }), "abort_consecutive_late"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.realtime.abort_consecutive_late = 1000; }), "abort_consecutive_late"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "nothing but eha characterise moves"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.sensor.reset(); }), "no [sensor]"));
+}
+
+TEST(LimitChecks, OfASimulatedRigSayWhatAMachineWouldBeRefusedFor) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  EXPECT_EQ(check_limits(rig).level, Level::ok) << check_limits(rig).found;
+  rig.limits.following->measured_check = 1;
+  const Check check = check_limits(rig);
+  EXPECT_EQ(check.level, Level::warn);
+  EXPECT_TRUE(names(check, "following.measured_check does not fit")) << check.found;
 }
 
 TEST(LimitChecks, FailWhereTheRigCannotBeArmed) {

@@ -319,6 +319,19 @@ TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
   text = refusal([](auto& rig) { rig.realtime.stall_limit_s = 1.0; });
   EXPECT_NE(text.find("realtime.stall_limit_s = 1 s"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.realtime.stall_limit_s = 0.2; }), "");
+  text = refusal([](auto& rig) { rig.realtime.abort_consecutive_late = 1'000'000; });
+  EXPECT_NE(text.find("realtime.abort_consecutive_late = 1000000"), std::string::npos) << text;
+  EXPECT_NE(text.find("at most 1000,"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.abort_consecutive_late = 1000; }), "");
+  text = refusal([](auto& rig) { rig.realtime.abort_total_late = 10'001; });
+  EXPECT_NE(text.find("realtime.abort_total_late = 10001"), std::string::npos) << text;
+  EXPECT_NE(text.find("at most 10000,"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.abort_total_late = 10'000; }), "");
+  text = refusal([](auto& rig) {
+    rig.realtime.sample_period_s = 0.02;
+    rig.realtime.abort_consecutive_late = 51;
+  });
+  EXPECT_NE(text.find("at most 50,"), std::string::npos) << text;
   text = refusal([](auto& rig) { rig.limits.closed_loop_max_V = 5.5; });
   EXPECT_NE(text.find("limits.closed_loop_max_V = 5.5 V"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.limits.closed_loop_max_V = 3.0; }), "");
@@ -328,6 +341,46 @@ TEST(Arming, RefusesASensorWhoseOpenWireReadsAsAPlaceWithinTheTravel) {
   const std::string text = refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = 0.0; });
   EXPECT_NE(text.find("sensor.open_circuit_V = 0 V reads as 2.950 in, within the travel"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = -10.0; }), "");
+}
+
+/// The warnings of a rig, a line each.
+std::string warnings_of(const config::RigConfig& rig) {
+  std::string lines;
+  for (const std::string& sentence : arming_findings(rig).warnings) lines += sentence + '\n';
+  return lines;
+}
+
+TEST(Arming, WarnsOfATravelThatIsTinyForTheSensorOrForAMachine) {
+  config::RigConfig rig = card();
+  rig.limits.travel_max_in = 5.75 / 25.4;
+  std::string text = warnings_of(rig);
+  EXPECT_NE(text.find("limits.travel_min_in..travel_max_in = 0.15..0.226378 in"), std::string::npos) << text;
+  EXPECT_NE(text.find("1.3 % of the 5.9 in"), std::string::npos) << text;
+  rig = card();
+  rig.limits.travel_max_in = 0.75;  // a tenth of what the sensor shows
+  EXPECT_EQ(warnings_of(rig), "");
+  // All of the file in another unit.
+  auto& options = std::get<hal::ComediOptions>(rig.backend);
+  options.scale_in_per_V /= 25.4;
+  options.offset_in /= 25.4;
+  rig.limits.travel_min_in = 0.15 / 25.4;
+  rig.limits.travel_max_in = 5.75 / 25.4;
+  text = warnings_of(rig);
+  EXPECT_NE(text.find("a travel of 5.6 mm"), std::string::npos) << text;
+  EXPECT_NE(text.find("another unit"), std::string::npos) << text;
+}
+
+TEST(Arming, WarnsOfMeasuredNumbersThatWereChangedOnASimulatedRig) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  EXPECT_EQ(warnings_of(rig), "");
+  ASSERT_TRUE(rig.limits.following);
+  rig.limits.following->measured_check = config::measured_check_of(*rig.limits.following);
+  EXPECT_EQ(warnings_of(rig), "");
+  rig.limits.following->null_V += 0.1;
+  const std::string text = warnings_of(rig);
+  EXPECT_NE(text.find("following.measured_check does not fit"), std::string::npos) << text;
+  EXPECT_NE(text.find("would not be armed"), std::string::npos) << text;
+  EXPECT_TRUE(arming_findings(rig).refusals.empty());
 }
 
 TEST(Arming, WarnsOfWhatIsNotKnown) {
