@@ -18,6 +18,7 @@
 #include "core/text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 
 namespace eha::service {
 namespace {
@@ -144,6 +145,7 @@ void RunIndex::compare_with_folder() {
     if (!there.contains(name)) gone.push_back(name);
   }
   for (const std::string& name : gone) forget(name);
+  mend_latest();
 }
 
 IndexedRun& RunIndex::known(const std::string& run) {
@@ -175,6 +177,30 @@ void RunIndex::update(const std::string& run) {
     add(run, std::move(facts));
   }
   append(run);
+  mend_latest();
+}
+
+/// Lets a link `latest` that leads to nothing name the newest run that may be it, or removes it.
+void RunIndex::mend_latest() const noexcept {
+  try {
+    const fs::path link = folder_ / record::kLatestLink;
+    if (!fs::is_symlink(link) || fs::exists(link)) return;
+    std::vector<std::pair<std::int64_t, std::string>> accepted;
+    for (const auto& [name, run] : runs_) {
+      if (run.accepted && fs::exists(folder_ / name)) accepted.emplace_back(run.sequence, name);
+    }
+    std::sort(accepted.rbegin(), accepted.rend());
+    for (const auto& [sequence, name] : accepted) {
+      if (!record::reason_against_latest(record::read_manifest(folder_ / name)).empty()) continue;
+      record::publish_latest(record::OpenRun(folder_ / name));
+      spdlog::info("latest is {}: the run that it was is gone", name);
+      return;
+    }
+    fs::remove(link);
+    spdlog::info("latest is removed: no run with an accepted model is left");
+  } catch (const std::exception& error) {
+    spdlog::warn("{}: leads to no run: {}", (folder_ / record::kLatestLink).string(), error.what());
+  }
 }
 
 void RunIndex::acknowledge(const std::string& run) {
@@ -198,6 +224,7 @@ std::uint64_t RunIndex::remove(const std::string& run, uid_t by) {
   if (error) os::throw_system_error("remove", folder_ / run, error.value());
   forget(run);
   append(run);
+  mend_latest();
   return bytes;
 }
 

@@ -60,7 +60,8 @@ class RunIndex {
   void update(const std::string& run);
   /// @throws UsageError  no such run, or no incident   @throws IoError, PermissionError
   void acknowledge(const std::string& run);
-  /// Removes the folder with all its content. @returns its size [bytes]
+  /// Removes the folder with all its content; `latest`, if it was this run, then names the newest one that is left with
+  /// an accepted model, or is removed. @returns its size [bytes]
   /// @throws UsageError  no such run, or in progress   @throws PermissionError  `by` is neither its owner nor root
   /// @throws IoError  cannot be removed
   std::uint64_t remove(const std::string& run, uid_t by);
@@ -81,6 +82,7 @@ class RunIndex {
   void compare_with_folder();
   [[nodiscard]] IndexedRun& known(const std::string& run);
   [[nodiscard]] std::vector<std::string> removable(const std::set<std::string>& in_use) const;
+  void mend_latest() const noexcept;
   void remove_until(std::uint64_t budget_bytes, const std::set<std::string>& in_use, Retention& retention);
   [[nodiscard]] std::string refusal(std::uint64_t budget_bytes) const;
 

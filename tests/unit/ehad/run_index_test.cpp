@@ -103,6 +103,25 @@ TEST_F(RunIndexTest, LetsAnAcknowledgedIncidentGo) {
   EXPECT_EQ(index.keep_within(index.bytes() - 1, {}).removed.at(0).name, "faulted");
 }
 
+TEST_F(RunIndexTest, LetsLatestNameTheNewestRunThatIsLeftWithAnAcceptedModel) {
+  RunIndex index = open();
+  const auto latest = [&] { return fs::is_symlink(runs() / "latest") ? fs::read_symlink(runs() / "latest") : ""; };
+  play(index, "b-first", "completed", kAccepted);
+  play(index, "a-second", "completed", kAccepted);
+  play(index, "c-rejected");
+  play(index, "d-newest", "completed", kAccepted);
+  fs::create_symlink("d-newest", runs() / "latest");
+  index.remove("c-rejected", kOwner);
+  EXPECT_EQ(latest(), "d-newest");
+  index.remove("d-newest", kOwner);
+  EXPECT_EQ(latest(), "a-second") << "by the order of the runs, not by their names";
+  fs::remove_all(runs() / "a-second");  // without the service
+  index.update("a-second");
+  EXPECT_EQ(latest(), "b-first");
+  index.remove("b-first", kOwner);
+  EXPECT_EQ(latest(), "") << "no link that leads to nothing";
+}
+
 TEST_F(RunIndexTest, KnowsTheSequenceAcrossRestartsAndAfterRemovals) {
   {
     RunIndex index = open();
