@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/eha/run_command.hpp"
 
 namespace {
 
@@ -34,7 +35,9 @@ ExitCode run_program(int argc, char** argv) {
   } catch (const eha::Error& error) {
     console.end_progress();
     const bool is_of_input = error.exit_code() != ExitCode::safety_trip && error.exit_code() != ExitCode::bug;
-    const std::string wrong = is_of_input ? eha::cli::wrong_file(line.named_files) : "";
+    std::string wrong = is_of_input ? eha::cli::wrong_file(line.named_files) : "";
+    const auto* of_list = dynamic_cast<const eha::cli::ListError*>(&error);
+    if (!wrong.empty() && of_list != nullptr) wrong += "\n" + of_list->outcome();
     console.error(wrong.empty() ? error.what() : wrong);
     return error.exit_code();
   } catch (const std::bad_alloc&) {

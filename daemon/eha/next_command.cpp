@@ -47,8 +47,11 @@ std::string through(const std::filesystem::path& socket, std::string command) {
   return command;
 }
 
-std::string again(const RunCommand& run, const std::string& experiment) {
-  std::string command = "eha run " + shell_word(experiment);
+std::string again(const RunCommand& run, const std::string& experiment) { return again(run, std::vector{experiment}); }
+
+std::string again(const RunCommand& run, const std::vector<std::string>& experiments) {
+  std::string command = "eha run";
+  for (const std::string& experiment : experiments) command += " " + shell_word(experiment);
   if (run.local) command += " --local";
   if (run.fast) command += " --fast";
   if (run.accept_travel_risk) command += " --accept-travel-risk";

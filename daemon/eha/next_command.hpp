@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/shell_word.hpp"
 
@@ -17,6 +18,7 @@ struct RunCommand;
 
 /// `eha run EXPERIMENT` with the options of the last run, except --yes: the user is asked again.
 [[nodiscard]] std::string again(const RunCommand& run, const std::string& experiment);
+[[nodiscard]] std::string again(const RunCommand& run, const std::vector<std::string>& experiments);
 
 /// `eha run EXPERIMENT --local --fast`, on this rig file.
 [[nodiscard]] std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file);

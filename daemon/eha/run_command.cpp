@@ -353,15 +353,18 @@ ExitCode execute(const RunCommand& command, Console& console) {
   const auto warn_of = [&](const std::string& file) {
     if (!command.further_files.empty()) console.set_subject(file);
   };
-  warn_of(command.experiment_file);
-  std::vector<PlannedRun> planned{plan(command.experiment_file, command.text, rig, risk, console)};
-  for (const std::string& file : command.further_files) {
-    warn_of(file);
-    planned.push_back(plan(file, std::nullopt, rig, risk, console));
-  }
-  console.set_subject("");
-  require_local_rig_file(rig);
-  require_protecting_limits(rig);
+  const std::vector<PlannedRun> planned = as_a_list(command, "played", [&] {
+    warn_of(command.experiment_file);
+    std::vector<PlannedRun> list{plan(command.experiment_file, command.text, rig, risk, console)};
+    for (const std::string& file : command.further_files) {
+      warn_of(file);
+      list.push_back(plan(file, std::nullopt, rig, risk, console));
+    }
+    console.set_subject("");
+    require_local_rig_file(rig);
+    require_protecting_limits(rig);
+    return list;
+  });
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   if (std::any_of(planned.begin(), planned.end(),
                   [](const PlannedRun& one) { return one.experiment.config.characterises(); })) {
@@ -381,18 +384,24 @@ ExitCode execute(const RunCommand& command, Console& console) {
   if (planned.size() == 1) return run_one(command, rig, planned.front(), console).first;
   console.keep_documents();
   ExitCode code = ExitCode::ok;
+  std::vector<std::string> rest;
   for (const PlannedRun& one : planned) {
     console.print(one.file + ":");
     warn_of(one.file);
     const auto [own, completed] = run_one(command, rig, one, console);
     if (code == ExitCode::ok) code = own;
     if (completed) continue;
-    if (&one != &planned.back()) console.info("the experiments after it were not played");
+    for (const PlannedRun* later = &one + 1; later <= &planned.back(); ++later) rest.push_back(later->file);
     break;
   }
   const nlohmann::ordered_json documents = console.taken_documents();
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
+  if (!rest.empty()) {
+    console.set_subject("");
+    console.info(fmt::format("not played, because the experiment before did not complete: {}", fmt::join(rest, ", ")));
+  }
   console.next_step("eha runs list " + shell_word(command.output.string()));
+  if (!rest.empty()) console.next_step(again(command, rest));
   return code;
 }
 

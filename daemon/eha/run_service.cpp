@@ -250,7 +250,7 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
 }  // namespace
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
-  const std::vector<ExperimentFile> files = files_of(command);
+  const std::vector<ExperimentFile> files = as_a_list(command, "queued", [&] { return files_of(command); });
   std::optional<Client> connected;
   try {
     connected.emplace(command.socket);
@@ -264,14 +264,17 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   warn_if_edited(rig, command.socket, console);
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
-  for (auto file = files.begin(); file != files.end(); ++file) {
-    const bool is_copy = std::any_of(files.begin(), file, [&](const auto& other) { return other.text == file->text; });
-    if (!is_copy) rehearse_for_service(*file, status, risk, console);
-  }
-  if (std::any_of(files.begin(), files.end(),
-                  [](const ExperimentFile& file) { return config::characterises(file.text, file.name); })) {
-    require_agreement_with_ruler(command, command.ruler, console);
-  }
+  as_a_list(command, "queued", [&] {
+    for (auto file = files.begin(); file != files.end(); ++file) {
+      const bool is_copy =
+          std::any_of(files.begin(), file, [&](const auto& other) { return other.text == file->text; });
+      if (!is_copy) rehearse_for_service(*file, status, risk, console);
+    }
+    if (std::any_of(files.begin(), files.end(),
+                    [](const ExperimentFile& file) { return config::characterises(file.text, file.name); })) {
+      require_agreement_with_ruler(command, command.ruler, console);
+    }
+  });
   std::vector<std::string> names;
   for (const ExperimentFile& file : files) names.push_back(file.name);
   if (rig.at("moves") == true && !command.yes &&
@@ -286,6 +289,8 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   Json entries;
   try {
     entries = submitted(client, files, command, stop);
+  } catch (const control::ConnectionLost&) {
+    throw;
   } catch (const control::CallGivenUp&) {
     // The service drops what it still checks when the connection ends; it may have queued it in this very moment.
     Client other(command.socket);
@@ -299,6 +304,8 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     }
     console.info("interrupted before it was queued; nothing was moved");
     return ExitCode::interrupted;
+  } catch (const Error& error) {
+    rethrow_of_list(error, command, "queued");
   }
   std::vector<std::int64_t> queued;
   for (const Json& entry : entries) {
@@ -316,7 +323,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   console.keep_documents();
   ExitCode code = ExitCode::ok;
   bool goes_on = true;
-  bool any_held = false;
+  std::vector<std::int64_t> held;
   for (const std::int64_t one : queued) {
     // After a fault or a stop the service holds the waiting experiments.
     const auto entry = follower.follow(one, stop, goes_on ? RunFollower::Held::wait : RunFollower::Held::leave);
@@ -325,8 +332,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
       break;
     }
     if (entry->at("state") == "held") {
-      console.info(fmt::format("experiment {} \"{}\" is held", one, entry->value("name", "")));
-      any_held = true;
+      held.push_back(one);
       continue;
     }
     console.print(fmt::format("{} \"{}\":", one, entry->value("name", "")));
@@ -336,9 +342,13 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   }
   const Json documents = console.taken_documents();
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
-  if (any_held) {
-    console.info(fmt::format("the held ones start after {}, then {}", through(command.socket, "eha arm"),
-                             through(command.socket, "eha queue release")));
+  if (!held.empty()) {
+    const std::string numbers = fmt::format("{}", fmt::join(held, " "));
+    console.info(fmt::format(
+        "not played, and held because the experiment before did not complete: {}. `{} && {}` plays {}, `{}` removes {}",
+        numbers, through(command.socket, "eha arm"), through(command.socket, "eha queue release " + numbers),
+        held.size() == 1 ? "it" : "them", through(command.socket, "eha queue cancel " + numbers),
+        held.size() == 1 ? "it" : "them"));
   }
   console.next_step(through(command.socket, "eha queue"));
   return code;

@@ -63,13 +63,54 @@ TEST_F(ServiceQueue, TakesSeveralExperimentsOrNone) {
   const Ended refused = eha({"run", "a.toml", "broken.toml", "--detach"});
   EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration));
   EXPECT_NE(refused.err.find("broken.toml"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("none of the 2 experiments was queued"), std::string::npos) << refused.err;
   EXPECT_TRUE(queued().empty());
+  const Ended missing = eha({"run", "a.toml", "missing.toml", "--detach"});
+  EXPECT_NE(missing.err.find("none of the 2 experiments was queued"), std::string::npos) << missing.err;
+  std::ofstream(daemon_.folder() / "record.csv") << "time_s,u_V,y_in\n0,1,2\n1,2,3\n2,1,2\n";
+  const Ended record = eha({"run", "a.toml", "record.csv", "--detach"});
+  EXPECT_NE(record.err.find("is a record"), std::string::npos) << record.err;
+  EXPECT_NE(record.err.find("none of the 2 experiments was queued"), std::string::npos) << record.err;
+  const Ended alone = eha({"run", "broken.toml", "--detach"});
+  EXPECT_EQ(alone.err.find("none of the"), std::string::npos) << alone.err;
   const Ended taken = eha({"run", "a.toml", "b.toml", "c.toml", "--detach", "--units", "mm"});
   ASSERT_EQ(taken.code, 0) << taken.err;
   EXPECT_EQ(queued().size(), 3U);
   EXPECT_NE(taken.out.find("\"b\" is held\n"), std::string::npos) << taken.out;
   EXPECT_NE(taken.out.find("Next: eha arm --socket " + daemon_.socket().string() + " --units mm\n"), std::string::npos)
       << taken.out;
+}
+
+TEST_F(ServiceQueue, SaysWhatBecomesOfTheRestOfAListAfterATrip) {
+  std::ofstream(daemon_.folder() / "drifts.toml") << kDrifts;
+  ASSERT_EQ(eha({"arm"}).code, 0);
+  const Ended ended = eha({"run", "drifts.toml", "a.toml", "b.toml", "--fast", "--accept-travel-risk"});
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+  const std::vector<std::int64_t> rest = queued();
+  ASSERT_EQ(rest.size(), 2U) << ended.out << ended.err;
+  const std::string numbers = std::to_string(rest[0]) + " " + std::to_string(rest[1]);
+  EXPECT_NE(ended.err.find("not played, and held"), std::string::npos) << ended.err;
+  for (const char* command : {"eha queue release ", "eha queue cancel "}) {
+    EXPECT_NE(ended.err.find(command + numbers), std::string::npos) << ended.err;
+  }
+}
+
+TEST_F(ServiceQueue, NamesTheRestOfALocalListAfterATrip) {
+  std::ofstream(daemon_.folder() / "drifts.toml") << kDrifts;
+  const std::vector<std::string> options{"--local", "--fast", "--accept-travel-risk", "--rig",
+                                         source_file("config/rigs/sim.toml")};
+  std::vector<std::string> words{"run", "drifts.toml", "a.toml", "b.toml"};
+  words.insert(words.end(), options.begin(), options.end());
+  const Ended ended = run_eha(words, daemon_.folder());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+  EXPECT_NE(ended.err.find("not played, because the experiment before did not complete: a.toml, b.toml"),
+            std::string::npos)
+      << ended.err;
+  EXPECT_NE(ended.out.find("Next: eha run a.toml b.toml --local --fast --accept-travel-risk --rig "), std::string::npos)
+      << ended.out;
+  words[2] = "missing.toml";
+  const Ended refused = run_eha(words, daemon_.folder());
+  EXPECT_NE(refused.err.find("none of the 3 experiments was played"), std::string::npos) << refused.err;
 }
 
 TEST_F(ServiceQueue, IsPutInOrderAndEmptiedByHand) {
