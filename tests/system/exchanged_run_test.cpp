@@ -5,9 +5,9 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <thread>
@@ -46,10 +46,16 @@ class ExchangedRun : public testing::Test {
  protected:
   ExchangedRun() : runs_(folder_.path() / "runs"), elsewhere_(folder_.path() / "elsewhere"), link_(runs_ / "link") {
     folder_.write("short.toml", kShort);
-    const Ended played =
-        run_eha({"run", "short.toml", "--local", "--fast", "--rig", source_file("config/rigs/sim.toml"), "--json"},
-                folder_.path());
-    run_ = folder_.path() / nlohmann::json::parse(played.out).at("run").get<std::string>();
+  }
+
+  /// Plays a run, and makes the folder elsewhere and the link that leads to it.
+  void play(std::vector<std::string> words) {
+    words.insert(words.end(), {"--local", "--fast", "--rig", source_file("config/rigs/sim.toml")});
+    const Ended played = run_eha(words, folder_.path());
+    ASSERT_EQ(played.code, 0) << played.err;
+    for (const auto& entry : fs::directory_iterator(runs_)) {
+      if (!entry.is_symlink()) run_ = entry.path();
+    }
     fs::create_directories(elsewhere_ / "models" / "rejected");
     fs::copy_file(run_ / "run.json", elsewhere_ / "run.json");  // of a run without a record, which no fit begins with
     fs::create_directory_symlink(elsewhere_, link_);
@@ -68,6 +74,32 @@ class ExchangedRun : public testing::Test {
     return files;
   }
 
+  /// Runs `eha` again and again, each time exchanging the folder for the link at another moment.
+  /// @param files  that it writes into the run folder
+  void exchange_during(std::vector<std::string> words, const std::vector<std::string>& files, int moments) {
+    words.emplace_back("--no-progress");
+    const auto begun = std::chrono::steady_clock::now();
+    const Ended undisturbed = run_eha(words, folder_.path());
+    ASSERT_EQ(undisturbed.code, 0) << undisturbed.err;
+    const auto takes = std::chrono::steady_clock::now() - begun;
+    const auto before = files_elsewhere();
+    int written = 0;
+    for (int i = 0; i < moments; ++i) {
+      for (const std::string& file : files) fs::remove(run_ / file);
+      Ended ended;
+      std::thread process([&] { ended = run_eha(words, folder_.path()); });
+      std::this_thread::sleep_for(takes * i / moments);
+      exchange();
+      process.join();
+      exchange();
+      ASSERT_EQ(files_elsewhere(), before) << "moment " << i << '\n' << ended.out << ended.err;
+      EXPECT_EQ((ended.out + ended.err).find("/proc/"), std::string::npos) << ended.out << ended.err;
+      const auto is_there = [&](const std::string& file) { return fs::exists(run_ / file); };
+      if (ended.code == 0 && std::all_of(files.begin(), files.end(), is_there)) ++written;
+    }
+    EXPECT_GE(written, moments / 2) << "of so many moments kept to the run";
+  }
+
   TemporaryFolder folder_;
   fs::path runs_;
   fs::path elsewhere_;
@@ -76,28 +108,24 @@ class ExchangedRun : public testing::Test {
 };
 
 TEST_F(ExchangedRun, GetsTheFilesOfItsFitWhateverStandsInItsPlace) {
-  const std::vector<std::string> fit{"fit", "runs/latest", "--no-progress"};
-  const auto begun = std::chrono::steady_clock::now();
-  const Ended undisturbed = run_eha(fit, folder_.path());
-  ASSERT_EQ(undisturbed.code, 0) << undisturbed.err;
-  const auto takes = std::chrono::steady_clock::now() - begun;
-  const auto before = files_elsewhere();
-  constexpr int kMoments = 25;
-  int fitted = 0;
-  for (int i = 0; i < kMoments; ++i) {
-    for (const char* name : {"fit.csv", "report.html"}) fs::remove(run_ / name);
-    Ended ended;
-    std::thread fits([&] { ended = run_eha(fit, folder_.path()); });
-    std::this_thread::sleep_for(takes * i / kMoments);
-    exchange();
-    fits.join();
-    exchange();
-    EXPECT_EQ(files_elsewhere(), before) << "moment " << i << '\n' << ended.out << ended.err;
-    if (files_elsewhere() != before) break;
-    EXPECT_EQ(ended.err.find("/proc/"), std::string::npos) << ended.err;
-    if (ended.code == 0 && fs::exists(run_ / "fit.csv") && fs::exists(run_ / "report.html")) ++fitted;
-  }
-  EXPECT_GE(fitted, kMoments / 2) << "fits that kept to the run";
+  play({"run", "short.toml"});
+  exchange_during({"fit", "runs/latest"}, {"fit.csv", "report.html"}, 25);
+}
+
+TEST_F(ExchangedRun, GetsTheTableOfASweep) {
+  play({"run", "short.toml"});
+  exchange_during({"fit", "runs/latest", "--sweep", "commensurate", "--sweep-orders", "0.9:1:0.1"},
+                  {"models/sweep_commensurate.csv"}, 12);
+}
+
+TEST_F(ExchangedRun, GetsItsReport) {
+  play({"run", "short.toml"});
+  exchange_during({"report", "runs/latest"}, {"report.html"}, 12);
+}
+
+TEST_F(ExchangedRun, GetsItsValveSheet) {
+  play({"characterise"});
+  exchange_during({"fit", "runs/" + run_.filename().string()}, {"valve_sheet.json", "report.html"}, 12);
 }
 
 }  // namespace
