@@ -14,6 +14,7 @@
 #include "ident/statistics/distributions.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
+#include "ident/validation/input_rounding.hpp"
 #include "ident/validation/separated_noise.hpp"
 
 namespace eha::ident {
@@ -69,8 +70,9 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& ba
 /// Innovations with their variance and the effect of the parameters' errors.
 struct Innovations {
   Eigen::VectorXd w;
-  Eigen::MatrixXd error;  ///< a root of the covariance of the parameters' errors' effect
-  double variance;        ///< of the noise
+  Eigen::MatrixXd error;    ///< a root of the covariance of the parameters' and the input's errors' effect
+  Eigen::Index parameters;  ///< its columns of the parameters, the first
+  double variance;          ///< of the noise
   double freedom;  ///< rows that the variance was estimated from, less the number of parameters estimated with it
 };
 
@@ -125,8 +127,8 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   NonlinearityTest found;
   double most = -std::numeric_limits<double>::infinity();
   // A wrong model has wrong parameters; their errors would explain a part of level and position.
-  Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.error.cols());
-  linear << past, innovations.error;
+  Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.parameters);
+  linear << past, innovations.error.leftCols(innovations.parameters);
   const Eigen::MatrixXd linear_basis = basis_of(linear);
   Eigen::MatrixXd all(past.rows(), 0);
   for (const NonlinearEffects& effects : part.effects) {
@@ -146,6 +148,14 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   }
   found.test = test_along(innovations, basis_of(all));
   return found;
+}
+
+/// The effects of the parameters' errors, then of the input's.
+Eigen::MatrixXd all_errors(const TestedPart& part) {
+  Eigen::MatrixXd errors(part.residual.size(), part.parameter_error.cols() + part.input_error.cols());
+  errors.leftCols(part.parameter_error.cols()) = part.parameter_error;
+  errors.rightCols(part.input_error.cols()) = part.input_error;
+  return errors;
 }
 
 /// The input's lags and the nonlinear effects, each column of unit norm and without its mean.
@@ -226,7 +236,8 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
     return without_filter(centred(columns), part.filter_correlation);
   };
   const Eigen::VectorXd unfiltered_e = unfiltered(e);
-  const Eigen::MatrixXd unfiltered_error = unfiltered(part.parameter_error);
+  const Eigen::MatrixXd errors = all_errors(part);
+  const Eigen::MatrixXd unfiltered_error = unfiltered(errors);
   const SeparatedNoise noise = separated_noise(unfiltered_e, unfiltered_error);
   ResidualTests tests;
   const Autoregression& tested = noise.tested;
@@ -240,7 +251,7 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   const Whiten white_and_unfiltered = [&](const Eigen::MatrixXd& columns) { return white(unfiltered(columns)); };
   const auto n = static_cast<double>(model.samples);
   const double freedom = n - static_cast<double>(order) - 1.0;
-  const Innovations innovations{white(unfiltered_e), white(unfiltered_error),
+  const Innovations innovations{white(unfiltered_e), white(unfiltered_error), part.parameter_error.cols(),
                                 model.variance * n / std::max(1.0, freedom),
                                 freedom - static_cast<double>(beside_effects.effects)};
   const Eigen::MatrixXd past = basis_of(white_and_unfiltered(part.past_input));
@@ -252,7 +263,7 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
     tests.nonlinearity = nonlinearity_test(part, innovations, past, white_and_unfiltered);
     tests.error = predicted_error(part, innovations, order, white_and_unfiltered);
   }
-  tests.drift = drift_of(e, part.parameter_error);
+  tests.drift = drift_of(e, errors);
   tests.moved = moved_rows(part.past_input);
   return tests;
 }
@@ -285,6 +296,7 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.parameter_error =
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
+  part.input_error = rounding_walk(model, outputs, begin, residual);
   if (effects == Effects::leave_out) return part;
   part.effects = nonlinear_effects(model, outputs, static_cast<std::size_t>(begin));
   const Eigen::VectorXd output = picked(outputs.record().output, comparison).tail(rows);

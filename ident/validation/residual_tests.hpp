@@ -14,9 +14,10 @@ namespace eha::ident {
 
 /// Part of a record that a model is tested on. All its rows are compared rows.
 struct TestedPart {
-  Eigen::VectorXd residual;         ///< n samples [output unit]
-  Eigen::MatrixXd past_input;       ///< n by lags, the input at lags 1, 2, ... of each sample; at 0 too if decimated
-  Eigen::MatrixXd parameter_error;  ///< n by p: derivatives by the parameters times a root of their covariance
+  Eigen::VectorXd residual;          ///< n samples [output unit]
+  Eigen::MatrixXd past_input;        ///< n by lags, the input at lags 1, 2, ... of each sample; at 0 too if decimated
+  Eigen::MatrixXd parameter_error;   ///< n by p: derivatives by the parameters times a root of their covariance
+  Eigen::MatrixXd input_error = {};  ///< n by m, as rounding_walk(); empty: none
   std::vector<double> filter_correlation = {};  ///< as filtered_noise_correlation()
   Eigen::MatrixXd future_input = {};            ///< n by lags, the rest: lags (0,) -1, -2, ...; empty: not requested
   std::vector<NonlinearEffects> effects = {};   ///< empty: not requested
@@ -25,8 +26,9 @@ struct TestedPart {
 
 /// Tests a residual e of a model whose parameters were estimated elsewhere, all lags at once. First undoes the
 /// decimation filter's colouring of white noise, in e and in all other signals. Then e = J z + noise, with z the
-/// parameters' errors of covariance P; z and the noise's autoregressive model A are estimated together. With w = A e, U
-/// and J the input's lags and the derivatives filtered alike, all without their means, and Q an orthonormal basis of U:
+/// parameters' errors of covariance P and the rounding of the recorded input; z and the noise's autoregressive model A
+/// are estimated together. With w = A e, U and J the input's lags and the derivatives filtered alike, all without their
+/// means, and Q an orthonormal basis of U:
 ///   input:     (Q'w)' (s^2 I + Q'J P J'Q)^-1 Q'w, rank(U) times an F of rank(U) and as many degrees of freedom as
 ///              rows less those of A and the mean are left;
 ///   whiteness: n (n + 2) sum_k r_k^2 / (n - k), k = 1..20, chi-squared with 20 less the order of A, which is three

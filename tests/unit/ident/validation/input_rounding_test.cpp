@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/input_rounding.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "ident/estimation/fit.hpp"
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+constexpr double kRodStep_s = 0.01;
+constexpr double kRounding_V = 0.001;
+
+Eigen::VectorXd rounded(const Eigen::VectorXd& signal, double step) { return (signal / step).array().round() * step; }
+
+/// Tones of 0.05 Hz to 3.05 Hz, 60 s. @param apart  of their distances; 0: periods of 20 s
+Eigen::VectorXd multisine(std::mt19937_64& draw, double apart_Hz = 0.013) {
+  Eigen::VectorXd u = Eigen::VectorXd::Zero(6000);
+  for (int tone = 1; tone < 60; ++tone) {
+    const double phase = 2.0 * std::numbers::pi * uniform(draw);
+    for (Eigen::Index k = 0; k < u.size(); ++k) {
+      u[k] += 0.15 * std::cos(2.0 * std::numbers::pi * (0.05 * tone + apart_Hz * std::sqrt(tone)) * kRodStep_s *
+                                  static_cast<double>(k) +
+                              phase);
+    }
+  }
+  return u;
+}
+
+Model rod_model() {
+  Model model;
+  model.transfer_function = {{{1.2, 0.0}}, {{0.04, 2.0}, {1.0, 1.0}}, 0.0};
+  return model;
+}
+
+/// The test for nonlinear effects of a rod's own model, on a record whose input is rounded.
+NonlinearityTest tested_on(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& bent, std::mt19937_64& draw,
+                           double apart_Hz = 0.013) {
+  Record record;
+  record.step_s = kRodStep_s;
+  const Eigen::VectorXd applied = multisine(draw, apart_Hz);
+  record.output = simulate(rod_model(), bent(applied), kRodStep_s);
+  for (double& y : record.output) y += 1e-4 * normal(draw);
+  record.input = rounded(applied, kRounding_V);
+  return validate(rod_model(), record, {}).tests.value().nonlinearity.value();
+}
+
+TEST(InputRounding, StepIsTheLeastDifferenceOfTwoValues) {
+  std::mt19937_64 draw(1);
+  EXPECT_NEAR(rounding_step(rounded(multisine(draw), kRounding_V)), kRounding_V, 1e-9);
+  EXPECT_LT(rounding_step(multisine(draw)), 1e-5);
+}
+
+TEST(InputRounding, OfACommandInLevelsIsNone) {
+  Eigen::VectorXd levels(400);
+  for (Eigen::Index k = 0; k < levels.size(); ++k) levels[k] = 0.1 * static_cast<double>(k / 5);
+  EXPECT_EQ(rounding_step(levels), 0.0);
+  for (Eigen::Index k = 0; k < levels.size(); ++k) levels[k] = k % 2 == 0 ? 1.0 : -1.0;
+  EXPECT_EQ(rounding_step(levels), 0.0);
+}
+
+TEST(InputRounding, BeforeAnIntegratorIsNoNonlinearity) {
+  constexpr int kRecords = 15;
+  const auto linear = [](const Eigen::VectorXd& u) { return u; };
+  for (const double apart_Hz : {0.013, 0.0}) {
+    std::mt19937_64 draw(2);
+    int alarms = 0;
+    for (int run = 0; run < kRecords; ++run) alarms += tested_on(linear, draw, apart_Hz).test.p < 0.01 ? 1 : 0;
+    EXPECT_LE(alarms, 1) << apart_Hz;
+  }
+}
+
+TEST(InputRounding, HidesNoPlay) {
+  std::mt19937_64 draw(3);
+  const auto with_play = [](const Eigen::VectorXd& u) {
+    Eigen::VectorXd v(u.size());
+    double now = 0.0;
+    for (Eigen::Index k = 0; k < u.size(); ++k) v[k] = now = std::clamp(now, u[k] - 0.01, u[k] + 0.01);
+    return v;
+  };
+  for (int run = 0; run < 10; ++run) {
+    const NonlinearityTest play = tested_on(with_play, draw);
+    EXPECT_LT(play.test.p, 1e-6) << run;
+    EXPECT_EQ(play.kind, NonlinearKind::direction) << run;
+  }
+}
+
+}  // namespace
+}  // namespace eha::ident
