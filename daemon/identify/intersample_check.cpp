@@ -79,16 +79,44 @@ const IdentifiedModel* asked_about(const Identification& identification) {
   return least;
 }
 
-/// The closest model with neither a zero nor a dead time, which may stand for the half row alone; null where the one
-/// asked about has none.
-const IdentifiedModel* without_half_row(const Identification& identification, const IdentifiedModel& asked) {
-  if (!has_zero_or_delay(asked.result.model)) return nullptr;
+/// The models with neither a zero nor a dead time, which may stand for the half row alone: the closest one, and the one
+/// of fewest parameters, which half a row may have hidden; none where the one asked about has neither.
+std::vector<const IdentifiedModel*> without_half_row(const Identification& identification,
+                                                     const IdentifiedModel& asked) {
+  if (!has_zero_or_delay(asked.result.model)) return {};
   const IdentifiedModel* closest = nullptr;
+  const IdentifiedModel* simplest = nullptr;
+  const auto lower = [](const IdentifiedModel& a, const IdentifiedModel* b) {
+    return b == nullptr || ident::ar_bic(a.result.model) < ident::ar_bic(b->result.model);
+  };
+  const auto parameters = [](const IdentifiedModel& m) { return m.result.model.parameters.size(); };
   for (const IdentifiedModel& m : identification.models) {
     if (!m.result.model.estimation || has_zero_or_delay(m.result.model)) continue;
-    if (closest == nullptr || ident::ar_bic(m.result.model) < ident::ar_bic(closest->result.model)) closest = &m;
+    if (lower(m, closest)) closest = &m;
+    if (simplest == nullptr || parameters(m) < parameters(*simplest) ||
+        (parameters(m) == parameters(*simplest) && lower(m, simplest)))
+      simplest = &m;
   }
-  return closest;
+  if (closest == nullptr) return {};
+  return closest == simplest ? std::vector{closest} : std::vector{closest, simplest};
+}
+
+/// Whether half a row lies beyond the uncertainty of the dead time; a zero has no such uncertainty here.
+bool half_a_row_shows(const ident::Model& model, double half_row_s) {
+  if (!(model.transfer_function.delay_s > 0.0)) return model.transfer_function.numerator.size() > 1;
+  const auto delay = std::find_if(model.parameters.begin(), model.parameters.end(),
+                                  [](const ident::ParameterEstimate& p) { return p.name == "delay_s" && !p.fixed; });
+  return delay != model.parameters.end() && !(2.0 * delay->std > half_row_s);
+}
+
+/// What half a row changes in a model whose zero or dead time takes it up, where the error does not tell.
+std::string undecided(const ident::Model& model, double half_row_s) {
+  const std::string half = ident::figure_text(1e3 * half_row_s);
+  if (model.transfer_function.delay_s > 0.0) {
+    return fmt::format("the dead time is half a row longer ({:.4g} + {} ms)", 1e3 * model.transfer_function.delay_s,
+                       half);
+  }
+  return fmt::format("{} ms (half a row) of its zero are none of the plant", half);
 }
 
 }  // namespace
@@ -104,28 +132,39 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
     return {};
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
-    const IdentifiedModel* simpler = without_half_row(identification, *held);
+    const std::vector<const IdentifiedModel*> simpler = without_half_row(identification, *held);
     const std::optional<ident::StructureOptions> delayed = with_delay(*held);
     std::vector<Attempt> attempts{{held, held->structure, ident::Intersample::held},
-                                  {held, held->structure, ident::Intersample::straight}};
+                                  {held, held->structure, ident::Intersample::straight},
+                                  {held, held->structure, ident::Intersample::smooth}};
     if (delayed) attempts.push_back({held, *delayed, ident::Intersample::straight});
-    if (simpler != nullptr) attempts.push_back({simpler, simpler->structure, ident::Intersample::straight});
+    const std::size_t others = attempts.size();
+    for (const auto* m : simpler) attempts.push_back({m, m->structure, ident::Intersample::straight});
     std::vector<ident::Model> found(attempts.size());
     thread_executor()(attempts.size(), [&](std::size_t k) { found[k] = again(source, task, attempts[k]); });
     const ident::Model& steps = found[0];
-    const ident::Model& lines = delayed && is_better(found[2], found[1]) ? found[2] : found[1];
-    const ident::Model& simpler_lines = found.back();
+    const ident::Model& smooth = found[2];
+    const ident::Model& lines = delayed && is_better(found[3], found[1]) ? found[3] : found[1];
+    const auto better = std::find_if(found.begin() + static_cast<std::ptrdiff_t>(others), found.end(),
+                                     [&](const ident::Model& m) { return is_better(m, steps); });
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string unit = ident::after_number(source.record.output_channel.unit);
     std::string gain;
     if (is_better(lines, steps, kClearly) && error(lines) < kFalls * error(steps)) {
       gain = fmt::format("the error of {} falls from {:.3g} to {:.3g}{} (rms)", held->structure.name, error(steps),
                          error(lines), unit);
-    } else if (simpler != nullptr && is_better(simpler_lines, steps)) {
+    } else if (better != found.end()) {
       gain = fmt::format(
           "{} errs by {:.3g}{} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
           "for half a row alone",
-          simpler->structure.name, error(simpler_lines), unit, held->structure.name, error(steps));
+          simpler[static_cast<std::size_t>(better - found.begin()) - others]->structure.name, error(*better), unit,
+          held->structure.name, error(steps));
+    } else if (half_a_row_shows(held->result.model, 0.5 * source.record.step_s) &&
+               !is_better(steps, smooth, kClearly)) {
+      return fmt::format(
+          "within half a row the input moves by {} % of its spread, and it was taken as held between the rows, as a "
+          "controller holds it; if it is a signal that was sampled, which the record does not rule out, {}: `{}`",
+          ident::figure_text(100.0 * movement), undecided(held->result.model, 0.5 * source.record.step_s), command);
     }
     if (gain.empty()) return {};
     return fmt::format(

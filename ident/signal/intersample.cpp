@@ -16,10 +16,17 @@ double cubic(const double* y, double x) {
          (x + 1.0) * x * (x - 2.0) / 2.0 * y[1] + (x + 1.0) * x * (x - 1.0) / 6.0 * y[2];
 }
 
+/// The input between row k and the next, x of a row behind row k.
+double between(const Eigen::VectorXd& input, Eigen::Index k, double x, Intersample intersample) {
+  if (intersample == Intersample::held) return input[k];
+  if (intersample == Intersample::straight) return input[k] + x * (input[k + 1] - input[k]);
+  const Eigen::Index inner = std::clamp<Eigen::Index>(k, 1, input.size() - 3);
+  return cubic(&input[inner], x + static_cast<double>(k - inner));
+}
+
 }  // namespace
 
 Record in_parts(const Record& record, Intersample intersample) {
-  const double slope = intersample == Intersample::straight ? 1.0 : 0.0;
   const Eigen::Index rows = record.input.size();
   Record fine;
   fine.step_s = record.step_s / kPartsOfARow;
@@ -33,8 +40,7 @@ Record in_parts(const Record& record, Intersample intersample) {
     for (int part = 0; part < kPartsOfARow; ++part) {
       const double along = static_cast<double>(part) / kPartsOfARow;
       const Eigen::Index row = k * kPartsOfARow + part;
-      fine.input[row] =
-          record.input[k] + slope * (along + 0.5 / kPartsOfARow) * (record.input[k + 1] - record.input[k]);
+      fine.input[row] = between(record.input, k, along + 0.5 / kPartsOfARow, intersample);
       fine.output[row] =
           part == 0 ? record.output[k] : cubic(&record.output[inner], along + static_cast<double>(k - inner));
     }

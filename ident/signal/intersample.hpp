@@ -9,13 +9,14 @@ namespace eha::ident {
 enum class Intersample {
   held,      ///< row k's value until row k+1, as a controller's output
   straight,  ///< a straight line from row to row, as a signal that was sampled
+  smooth,    ///< cubics through four rows, as a signal without motion between the rows; tells the other two apart
 };
 
 /// Rows that with_straight_input() makes of one.
 inline constexpr int kPartsOfARow = 8;
 
-/// The record as one of kPartsOfARow rows for each, whose input is held: where it is straight between the rows, at the
-/// line's value at the middle of each part. The output is interpolated by cubics through four rows; every
+/// The record as one of kPartsOfARow rows for each, whose input is held: where it moves between the rows, at the
+/// curve's value at the middle of each part. The output is interpolated by cubics through four rows; every
 /// kPartsOfARow-th row is a measured one, at which models are to be compared.
 /// @param record  at least four rows
 /// Cost O(N), kPartsOfARow times the memory.

@@ -19,14 +19,15 @@ constexpr double kRowStep_s = 0.05;
 enum class Input { sampled, staircase };
 
 /// A lag behind an input that moves all the time, or is held for a row; rows come up to four samples late.
-Source source_of(Input kind) {
+Source source_of(Input kind, int late_parts = 0) {
   Eigen::VectorXd input(kFineParts * (kSampledRows + 1));
   for (Eigen::Index k = 0; k < input.size(); ++k) {
     const double t = kRowStep_s / kFineParts * static_cast<double>(kind == Input::sampled ? k : k - k % kFineParts);
     input[k] = std::sin(1.1 * t) + std::sin(4.3 * t + 1.0);
   }
+  const double delay_s = late_parts * kRowStep_s / kFineParts;
   const Eigen::VectorXd output =
-      ident::simulate({{{1.5, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, 0.0}, input, kRowStep_s / kFineParts);
+      ident::simulate({{{1.5, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, delay_s}, input, kRowStep_s / kFineParts);
   Source source;
   source.name = "rows.csv";
   source.record.step_s = kRowStep_s;
@@ -42,11 +43,12 @@ Source source_of(Input kind) {
   return source;
 }
 
-std::string advice_on(const Source& source) {
+std::string advice_on(const Source& source, ident::Freedom delay = ident::Freedom::held) {
   IdentificationTask task = task_of(source);
   ident::StructureOptions structure;
   structure.name = "lag";
   structure.structure = ident::structures::io({1, 0});
+  structure.structure.delay.freedom = delay;
   task.structures.push_back(structure);
   return intersample_advice(source, task, identify(source, task, {}, {}), "eha fit rows.csv --intersample foh")
       .value_or("");
@@ -54,6 +56,14 @@ std::string advice_on(const Source& source) {
 
 TEST(IntersampleAdvice, OffersStraightLinesForASignalThatWasSampled) {
   EXPECT_NE(advice_on(source_of(Input::sampled)).find("falls from"), std::string::npos);
+}
+
+TEST(IntersampleAdvice, SaysThatADeadTimeMayLackHalfARow) {
+  const std::string advice = advice_on(source_of(Input::sampled, 12), ident::Freedom::free);
+  EXPECT_NE(advice.find("half a row longer"), std::string::npos) << advice;
+  EXPECT_NE(advice.find(" + 25 ms"), std::string::npos) << advice;
+  EXPECT_EQ(advice_on(source_of(Input::staircase, 12), ident::Freedom::free), "");
+  EXPECT_NE(advice.find("--intersample foh"), std::string::npos) << advice;
 }
 
 TEST(IntersampleAdvice, OffersNoStraightLinesForAStaircaseWhoseRowsWereMoved) {
