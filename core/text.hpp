@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,22 +38,25 @@ namespace eha {
   return row[b.size()];
 }
 
+/// The known key that a misspelt one is similar to: half of the letters right, or a forgotten unit. None if none is.
+[[nodiscard]] inline std::optional<std::string_view> similar(std::string_view misspelt,
+                                                             const std::vector<std::string_view>& known) {
+  // A longer key is no misspelling, and the cost of comparing it grows with its length.
+  constexpr std::size_t kLongestKey = 80;
+  if (known.empty() || misspelt.size() > kLongestKey) return std::nullopt;
+  const auto distance = [&](std::string_view key) { return edit_distance(misspelt, key); };
+  const std::string_view nearest = *std::min_element(
+      known.begin(), known.end(), [&](auto left, auto right) { return distance(left) < distance(right); });
+  const bool lacks_unit = nearest.size() > misspelt.size() && nearest.substr(0, misspelt.size()) == misspelt;
+  const bool is_similar = lacks_unit || distance(nearest) <= std::max(misspelt.size(), nearest.size()) / 2;
+  return is_similar ? std::optional(nearest) : std::nullopt;
+}
+
 /// Continues "expected a known key" for a misspelt one: ` (did you mean "duration_s"?)`, or the list of all keys if
 /// none is similar.
 [[nodiscard]] inline std::string suggestion(std::string_view misspelt, const std::vector<std::string_view>& known) {
   if (known.empty()) return {};
-  // A longer key is no misspelling, and the cost of comparing it grows with its length.
-  constexpr std::size_t kLongestKey = 80;
-  if (misspelt.size() <= kLongestKey) {
-    const auto distance = [&](std::string_view key) { return edit_distance(misspelt, key); };
-    const std::string_view nearest = *std::min_element(
-        known.begin(), known.end(), [&](auto left, auto right) { return distance(left) < distance(right); });
-    // Similar: half of the letters right, or a forgotten unit.
-    const bool lacks_unit = nearest.size() > misspelt.size() && nearest.substr(0, misspelt.size()) == misspelt;
-    if (lacks_unit || distance(nearest) <= std::max(misspelt.size(), nearest.size()) / 2) {
-      return " (did you mean \"" + std::string(nearest) + "\"?)";
-    }
-  }
+  if (const auto nearest = similar(misspelt, known)) return " (did you mean \"" + std::string(*nearest) + "\"?)";
   std::string list;
   for (const std::string_view key : known) list += (list.empty() ? "" : ", ") + std::string(key);
   return " (one of " + list + ")";

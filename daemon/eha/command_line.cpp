@@ -93,6 +93,29 @@ std::string first_example(const CLI::App& sub, const std::string& command) {
   return example.substr(0, std::min(example.find("  "), example.size()));
 }
 
+/// ` (did you mean "--decimate"?)` of the first word that a command does not know; empty where none of its options and
+/// commands is similar.
+std::string meant(const CLI::App& app, const CLI::App& sub) {
+  std::vector<std::string> options;
+  for (const CLI::App* of : {&sub, &app}) {
+    for (const CLI::Option* option : of->get_options()) {
+      for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    }
+  }
+  std::vector<std::string> commands;
+  for (const CLI::App* below : sub.get_subcommands([](const CLI::App*) { return true; })) {
+    commands.push_back(below->get_name());
+  }
+  for (const std::string& word : app.remaining(true)) {
+    const bool is_option = word.rfind("--", 0) == 0;
+    const std::vector<std::string>& names = is_option ? options : commands;
+    const std::string written = is_option ? word.substr(0, word.find('=')) : word;
+    const auto nearest = similar(written, {names.begin(), names.end()});
+    if (nearest) return fmt::format(" (did you mean \"{}\"?)", *nearest);
+  }
+  return {};
+}
+
 /// Writes the message of a wrong command line: what is wrong, what was expected, an example, and the help to read.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   std::string command = "eha";
@@ -103,6 +126,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   }
   const bool unknown = app.get_subcommands().empty() && app.remaining_size() > 0;
   std::string what = unknown ? "unknown command or option \"" + app.remaining().front() + "\"" : error.what();
+  if (unknown || error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) what += meant(app, *sub);
   if (sub != &app) {
     what += fmt::format("; expected `{}`", form_of(*sub, command));
     if (const std::string example = first_example(*sub, command); !example.empty()) {

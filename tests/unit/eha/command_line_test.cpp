@@ -54,6 +54,16 @@ TEST(CommandLine, ReadsRun) {
   EXPECT_EQ(command_of<RunCommand>({"run", "e.toml"}).output, "runs");
 }
 
+TEST(CommandLine, NamesTheOptionOrCommandThatIsMeant) {
+  EXPECT_NE(fault_of({"fitt", "a.csv"}).find("\"fitt\" (did you mean \"fit\"?)"), std::string::npos);
+  EXPECT_NE(fault_of({"fit", "a.csv", "--decimat", "4"}).find("(did you mean \"--decimate\"?)"), std::string::npos);
+  EXPECT_NE(fault_of({"fit", "a.csv", "--decimat=4"}).find("(did you mean \"--decimate\"?)"), std::string::npos);
+  EXPECT_NE(fault_of({"fit", "a.csv", "--jsn"}).find("(did you mean \"--json\"?)"), std::string::npos);
+  EXPECT_NE(fault_of({"runs", "lst"}).find("(did you mean \"list\"?)"), std::string::npos);
+  EXPECT_EQ(fault_of({"fit", "a.csv", "--xyzzyxyzzy"}).find("did you mean"), std::string::npos);
+  EXPECT_EQ(fault_of({"fit", "a.csv", "b.csv"}).find("did you mean"), std::string::npos);
+}
+
 TEST(CommandLine, RefusesANameThatWouldWriteLinesOfItsOwn) {
   EXPECT_NE(fault_of({"fit", "a\nNext: eha touch x.csv"}).find("holds the end of a line"), std::string::npos);
   EXPECT_EQ(fault_of({"fit", "a\tb.csv"}), "no fault");
