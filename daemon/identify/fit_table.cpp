@@ -21,6 +21,7 @@ namespace eha::identify {
 namespace {
 
 constexpr std::size_t kFixedColumns = 3;  // time, input, output
+constexpr double kMostInTenDigits_s = 1e6;
 constexpr std::string_view kResidual = "_residual";
 
 std::vector<double> to_vector(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
@@ -97,7 +98,8 @@ std::string to_csv(const FitTable& table) {
   }
   text += "\n";
   for (std::size_t row = 0; row < table.time_s.size(); ++row) {
-    fmt::format_to(std::back_inserter(text), "{:.10g}", table.time_s[row]);
+    const int digits = std::abs(table.time_s[row]) < kMostInTenDigits_s ? 10 : 14;
+    fmt::format_to(std::back_inserter(text), "{:.{}g}", table.time_s[row], digits);
     add_field(text, table.applied[row]);
     add_field(text, table.measured[row]);
     for (const FitColumn& model : table.models) {

@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/time_text.hpp"
 namespace eha::importer {
 namespace {
 
@@ -413,8 +414,8 @@ std::string lone_rows_text(const std::vector<std::size_t>& rows, std::span<const
   const std::size_t first = rows.front();
   std::size_t after = first + 1;
   while (std::binary_search(rows.begin(), rows.end(), after)) ++after;
-  return fmt::format("{} row{} of the {} stand{} alone, the first at {:.6g} s: {:.5g} between {:.5g} and {:.5g}",
-                     rows.size(), rows.size() == 1 ? "" : "s", name, rows.size() == 1 ? "s" : "", first_s,
+  return fmt::format("{} row{} of the {} stand{} alone, the first at {} s: {:.5g} between {:.5g} and {:.5g}",
+                     rows.size(), rows.size() == 1 ? "" : "s", name, rows.size() == 1 ? "s" : "", time_text(first_s),
                      output[first], output[first - 1], output[after]);
 }
 
@@ -452,19 +453,19 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
     std::size_t rows = 0;
     for (const auto& [first, last] : stops) rows += last - first + 1;
     add(fmt::format(
-            "the output stands at an end for {:.2g} % of the rows, from {:.6g} s on at {:.6g}, while the input pushes "
+            "the output stands at an end for {:.2g} % of the rows, from {} s on at {:.6g}, while the input pushes "
             "on: the rod is on its end stop, or the sensor at its end",
-            100.0 * static_cast<double>(rows) / static_cast<double>(output.size()), time(stops.front().first),
-            output[stops.front().first]),
+            100.0 * static_cast<double>(rows) / static_cast<double>(output.size()),
+            time_text(time(stops.front().first)), output[stops.front().first]),
         stops);
   }
   const std::vector<Stretch> frozen = frozen_stretches(input, output);
   if (!frozen.empty()) {
-    add(fmt::format(
-            "the output stays at {:.6g} to the last digit from {:.6g} to {:.6g} s{}, while the input moves: the "
-            "sensor, or what reads it, froze",
-            output[frozen.front().first], time(frozen.front().first), time(frozen.front().second),
-            frozen.size() > 1 ? fmt::format(" and {} more times alike", frozen.size() - 1) : ""),
+    add(fmt::format("the output stays at {:.6g} to the last digit from {} to {} s{}, while the input moves: the "
+                    "sensor, or what reads it, froze",
+                    output[frozen.front().first], time_text(time(frozen.front().first)),
+                    time_text(time(frozen.front().second)),
+                    frozen.size() > 1 ? fmt::format(" and {} more times alike", frozen.size() - 1) : ""),
         frozen);
   }
   add(fmt::format(
@@ -487,8 +488,8 @@ Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count,
 
 std::string cut_options(const Cut& cut) {
   std::string text;
-  if (cut.from_s) text += fmt::format("--from {:.6g}", *cut.from_s);
-  if (cut.to_s) text += fmt::format("{}--to {:.6g}", text.empty() ? "" : " ", *cut.to_s);
+  if (cut.from_s) text += "--from " + time_text(*cut.from_s);
+  if (cut.to_s) text += (text.empty() ? "--to " : " --to ") + time_text(*cut.to_s);
   return text;
 }
 

@@ -10,10 +10,13 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/time_text.hpp"
 #include "daemon/importer/time_grid.hpp"
 
 namespace eha::importer {
 namespace {
+
+constexpr int kTimeDigits = 9;
 
 /// Over a whole record the grid may drift from the typical step by this share of a step for the sake of a round number.
 constexpr double kDriftForRoundStep = 0.25;
@@ -37,9 +40,9 @@ class Resampler {
       if (!std::isfinite(time_s_[k]) || !is_any_measured(k)) continue;
       if (!timed_.empty() && !(time_s_[k] > time_s_[timed_.back()])) {
         if (time_s_[k] < time_s_[timed_.back()]) {
-          throw DataError(
-              fmt::format("{}{}: time goes back from {:.9g} to {:.9g} s; sort the rows, or cut the file there",
-                          path_.string(), rows_.where(k), time_s_[timed_.back()], time_s_[k]));
+          throw DataError(fmt::format("{}{}: time goes back from {} to {} s; sort the rows, or cut the file there",
+                                      path_.string(), rows_.where(k), time_text(time_s_[timed_.back()], kTimeDigits),
+                                      time_text(time_s_[k], kTimeDigits)));
         }
         repeat(k);
         continue;
@@ -101,8 +104,8 @@ class Resampler {
       adds = true;
     }
     if (adds) return;
-    repeated_.sentences.push_back(fmt::format("{}{}: {:.9g} s again, the row is left out", path_.filename().string(),
-                                              rows_.where(k), time_s_[k]));
+    repeated_.sentences.push_back(fmt::format("{}{}: {} s again, the row is left out", path_.filename().string(),
+                                              rows_.where(k), time_text(time_s_[k], kTimeDigits)));
     ++repeated_.rows;
   }
 
@@ -160,8 +163,9 @@ class Resampler {
       if (time(i) - time(i - 1) > time(longest) - time(longest - 1)) longest = i;
     }
     throw DataError(fmt::format(
-        "{}{}: a gap of {:.9g} s between rows {:.9g} s apart is longer than the record; take a part of it: --to {:.9g}",
-        path_.string(), rows_.where(timed_[longest]), time(longest) - time(longest - 1), typical_s, time(longest - 1)));
+        "{}{}: a gap of {:.9g} s between rows {:.9g} s apart is longer than the record; take a part of it: --to {}",
+        path_.string(), rows_.where(timed_[longest]), time(longest) - time(longest - 1), typical_s,
+        time_text(time(longest - 1), kTimeDigits)));
   }
 
   /// Fills row k of the grid.
@@ -251,7 +255,8 @@ class Resampler {
     const double to_s = result_.start_s + static_cast<double>(k - 1) * result_.step_s;
     const std::string place = path_.filename().string() + rows_.where(stretch_row_);
     const std::string span =
-        rows == 1 ? fmt::format("at {:.9g} s", from_s) : fmt::format("{:.9g} to {:.9g} s", from_s, to_s);
+        rows == 1 ? fmt::format("at {} s", time_text(from_s, kTimeDigits))
+                  : fmt::format("{} to {} s", time_text(from_s, kTimeDigits), time_text(to_s, kTimeDigits));
     const char* plural = rows == 1 ? "" : "s";
     Repairs& repairs = repairs_of(kind_);
     repairs.rows += rows;

@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "core/time_text.hpp"
 #include "daemon/importer/clock_text.hpp"
 
 namespace eha::importer {
@@ -53,7 +54,7 @@ class Grid {
     const std::size_t off = first_off_grid(near_step_s, 1.0, kOnGrid);
     if (off == rows) return near_step_s;
     fail(off,
-         fmt::format("time_s is {:.9g}, {:.3g} s off an even grid of {:.9g} s steps", time_s_[off],
+         fmt::format("time_s is {}, {:.3g} s off an even grid of {:.9g} s steps", time_text(time_s_[off], 9),
                      time_s_[off] - time_s_.front() - static_cast<double>(off) * near_step_s, near_step_s),
          drift(mean_step_s));
   }

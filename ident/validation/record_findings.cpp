@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/time_text.hpp"
 namespace eha::ident {
 namespace {
 
@@ -284,8 +285,8 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
 
 std::string cut_options(const EndStop& stop) {
   std::string options;
-  if (stop.clean_from_s) options = fmt::format("--from {:.6g}", *stop.clean_from_s);
-  if (stop.clean_to_s) options += fmt::format("{}--to {:.6g}", options.empty() ? "" : " ", *stop.clean_to_s);
+  if (stop.clean_from_s) options = "--from " + time_text(*stop.clean_from_s);
+  if (stop.clean_to_s) options += (options.empty() ? "--to " : " --to ") + time_text(*stop.clean_to_s);
   return options;
 }
 

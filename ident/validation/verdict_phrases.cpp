@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/time_text.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
@@ -63,9 +64,9 @@ std::vector<std::string> causes_in_record(const Model& model) {
   const auto of_record = model.provenance.find(kCutOfRecord);
   const bool is_given = of_record != model.provenance.end();
   if (const auto& stop = model.validation->end_stop) {
-    const std::string where = fmt::format("at {:.3f}{} from {:.5g} s on", stop->level, unit, stop->from_s);
-    const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {:.5g} s on; together", where,
-                                                       stop->other->level, unit, stop->other->from_s)
+    const std::string where = fmt::format("at {:.3f}{} from {} s on", stop->level, unit, time_text(stop->from_s));
+    const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {} s on; together", where,
+                                                       stop->other->level, unit, time_text(stop->other->from_s))
                                          : where + ",";
     found.push_back(fmt::format(
         "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
@@ -77,11 +78,12 @@ std::vector<std::string> causes_in_record(const Model& model) {
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =
         cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
-    found.push_back(fmt::format(
-        "The error jumps by {:.3g}{} at about {:.5g} s: the sensor slipped or froze, the load changed "
-        "or rows are missing there; cut with {}.",
-        jump->change, unit, jump->time_s,
-        is_given ? of_record->second : fmt::format("--to {:.10g} or --from {:.10g}", cut.to_s, cut.from_s)));
+    found.push_back(
+        fmt::format("The error jumps by {:.3g}{} at about {} s: the sensor slipped or froze, the load changed "
+                    "or rows are missing there; cut with {}.",
+                    jump->change, unit, time_text(jump->time_s),
+                    is_given ? of_record->second
+                             : fmt::format("--to {} or --from {}", time_text(cut.to_s), time_text(cut.from_s))));
   }
   return found;
 }
