@@ -79,6 +79,9 @@ double needed_gain(const Model& model) {
   return unseen_resonance_Hz(model) || has_unseen_delay(model) ? kFractionalGain : 0.0;
 }
 
+/// What a model with a map must gain on those without one.
+double needed_by_map(const Model& model) { return model.input_map ? kMapGain : 0.0; }
+
 /// AR-BIC of a model that has what it must gain taken off.
 double handicapped(const Model& model) { return ar_bic(model) + needed_gain(model); }
 
@@ -121,7 +124,7 @@ bool may_be_picked(const Models& all, const Model& model) {
 Models preferred(const Models& all, Models identified) {
   std::stable_sort(identified.begin(), identified.end(), [&](const Model* a, const Model* b) {
     if (may_be_picked(all, *a) != may_be_picked(all, *b)) return may_be_picked(all, *a);
-    return handicapped(*a) < handicapped(*b);
+    return handicapped(*a) + needed_by_map(*a) < handicapped(*b) + needed_by_map(*b);
   });
   return identified;
 }
@@ -217,6 +220,18 @@ std::string unseen_resonances(const Model& picked, const Models& all, const Mode
     text += fmt::format(
         "; {}, {:.1f} {}, has a resonance at {:.3g} Hz, far above the band that the record shows, and must gain {:g}",
         model->name, std::abs(gain), gain > 0.0 ? "better" : "worse", *f_Hz, kFractionalGain);
+  }
+  return text;
+}
+
+/// "; io_valve, 4.2 better, has a map ..." of the accepted ones that their map kept from being picked.
+std::string needless_maps(const Model& picked, const Models& all) {
+  std::string text;
+  for (const Model* model : all) {
+    const double gain = ar_bic(picked) - ar_bic(*model);
+    if (picked.input_map || !model->input_map || has_estimated_order(*model) || !is_accepted(*model)) continue;
+    if (gain <= 0.0 || gain > kMapGain) continue;
+    text += fmt::format("; {}, {:.1f} better, has a map, which must gain {:g}", model->name, gain, kMapGain);
   }
   return text;
 }
@@ -459,6 +474,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
         "; {}, which the estimation part prefers, {}, so only a fresh record can confirm this choice", first.name, why);
   }
   result.reason += unseen_resonances(**picked, all, runner_up);
+  result.reason += needless_maps(**picked, all);
   result.reason += without_input_in_residual(**picked, all);
   result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr, runner_up);
   return result;

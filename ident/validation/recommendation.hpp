@@ -34,6 +34,10 @@ struct Recommendation {
 /// Fall of AR-BIC needed to recommend a model of fractional order instead of every one of integer order.
 inline constexpr double kFractionalGain = 10.0;
 
+/// What a map of the valve must gain in AR-BIC on models without one: a dead band that is too small to show fits other
+/// effects as well.
+inline constexpr double kMapGain = 10.0;
+
 /// The best accepted model that leaves nothing over that the input moves, where `model` does, and errs no more than
 /// kAsWell times as much; null without one.
 /// @param models  those of one record
@@ -83,9 +87,9 @@ template <typename Row, typename ModelOf>
 /// model of integer order, and of every one whose estimated orders are within 0.01 of whole numbers, by kFractionalGain
 /// and, where its test for nonlinear effects (of the validation part) fails, that test's statistic; one whose own
 /// orders are all so near to whole numbers only if none of integer order is accepted; one with a dead time that may be
-/// a lag, or with a resonance beyond ten times the usable band must gain as much on the others. If the verdict rejects
-/// the picked model, or an accepted one has less than half its error on the validation part (a third with more
-/// parameters), the next one is taken and `validation_chose` set; without one, none.
+/// a lag, or with a resonance beyond ten times the usable band must gain as much on the others; one with a map kMapGain
+/// on those without. If the verdict rejects the picked model, or an accepted one has less than half its error on the
+/// validation part (a third with more parameters), the next one is taken and `validation_chose` set; without one, none.
 /// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
 ///                the paper's procedure takes no part
 /// @param limits, interpolated_percent  as judge()

@@ -82,6 +82,21 @@ TEST(Recommendation, TakesEstimatedOrdersOnlyWhereTheyGainTenOnEveryModelOfInteg
   EXPECT_EQ(recommended({model_of("fo", -109.0, Order::estimated)}).model, "fo");
 }
 
+TEST(Recommendation, TakesAMapOnlyWhereItGainsTen) {
+  const auto with_map = [](double ar_bic) {
+    Model model = model_of("io_valve", ar_bic);
+    model.input_map = ValveMap{.null = 0.0, .dead_band = 0.004};
+    return model;
+  };
+  const Recommendation found = recommended({model_of("io", -100.0), with_map(-104.2)});
+  EXPECT_EQ(found.model, "io");
+  EXPECT_NE(found.reason.find("; io_valve, 4.2 better, has a map, which must gain 10"), std::string::npos)
+      << found.reason;
+  EXPECT_EQ(recommended({model_of("io", -100.0), with_map(-110.1)}).model, "io_valve");
+  EXPECT_EQ(recommended({model_of("io", -80.0, Order::whole, Figures::unconverged), with_map(-84.0)}).model,
+            "io_valve");
+}
+
 TEST(Recommendation, TakesNoOrdersForFractionalThatAreWholeForAnyUse) {
   Model fo = model_of("fo", -500.0, Order::estimated);
   fo.parameters.back().value = 1.9994;
