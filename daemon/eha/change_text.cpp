@@ -67,6 +67,7 @@ std::string change_sentences(const ident::PlantChange& change, const ident::Mode
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) text += "  " + change_sentence(p, model, shows) + "\n";
   }
+  if (const std::string unit = ident::unit_instead(change); !unit.empty()) text += "  " + unit + "\n";
   std::vector<std::string> changed;
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) changed.push_back(p.name);

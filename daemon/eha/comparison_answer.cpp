@@ -49,6 +49,7 @@ void add_changes(std::vector<std::string>& sentences, const std::string& name, c
   for (const ParameterChange& p : change.parameters) {
     if (p.changed) sentences.push_back(name + ": " + change_sentence(p, model, shows));
   }
+  if (const std::string unit = ident::unit_instead(change); !unit.empty()) sentences.push_back(name + ": " + unit);
 }
 
 std::optional<std::pair<double, double>> input_range(const ident::Record& record) {

@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -149,6 +151,32 @@ std::string map_instead(const std::vector<std::string>& changed, bool has_map) {
       "without a valve map a dead band or null that changed shows as {}: `eha compare` of two such records fits the "
       "map and tells which",
       fmt::join(shown, " and "));
+}
+
+std::string unit_instead(const PlantChange& change) {
+  struct Factor {
+    double ratio;
+    std::string_view units;
+  };
+  constexpr std::array kFactors{Factor{25.4, "in millimetres and the other in inches"},
+                                Factor{10.0, "in millimetres and the other in centimetres"},
+                                Factor{100.0, "in centimetres and the other in metres"},
+                                Factor{1000.0, "in thousandths of the other's (mm and m, mV and V)"}};
+  constexpr double kAsNear = 0.01;
+  constexpr double kSurely = 0.1;
+  for (const ParameterChange& p : change.parameters) {
+    if (p.role != ParameterRole::numerator_coefficient || !p.changed || !(p.before * p.after > 0.0)) continue;
+    const double ratio = p.after / p.before;
+    const double greater = std::max(ratio, 1.0 / ratio);
+    const double wide = p.half_width / std::max(std::abs(p.before), std::abs(p.after));
+    if (!(wide < kSurely)) continue;
+    for (const Factor& factor : kFactors) {
+      if (std::abs(greater / factor.ratio - 1.0) > std::max(kAsNear, wide)) continue;
+      return fmt::format("{} is {} times as {}: probably no change of the plant, but one record is {}; check the units",
+                         p.name, fmt::format("{:.3g}", greater), ratio > 1.0 ? "great" : "small", factor.units);
+    }
+  }
+  return {};
 }
 
 std::string value_text(const std::string& parameter, double value, const Model& model, double half_width) {

@@ -55,6 +55,10 @@ struct PlantChange {
 /// @param changed  names of the parameters that changed
 [[nodiscard]] std::string map_instead(const std::vector<std::string>& changed, bool has_map);
 
+/// What a changed gain is instead where it is 25.4, 10, 100 or 1000 times as great or as small, within its interval or
+/// 1 %: the unit of one record. Empty for any other ratio, and where the interval is wider than a tenth of the gain.
+[[nodiscard]] std::string unit_instead(const PlantChange& change);
+
 /// A parameter's value in a table: "0.148"; "0 to 0.0061" for a coefficient of which the record only shows that it is
 /// small, as its 95 % interval holds 0.
 [[nodiscard]] std::string value_text(const std::string& parameter, double value, const Model& model);

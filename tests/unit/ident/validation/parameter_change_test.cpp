@@ -26,6 +26,21 @@ Model with(double null, double dead_band, double gain) {
   return model;
 }
 
+TEST(ParameterChange, NamesTheUnitThatMakesAGainAnother) {
+  const auto said = [](double before, double after) {
+    return unit_instead(compare_parameters(with(-0.2, 0.15, before), with(-0.2, 0.15, after), 0.01));
+  };
+  EXPECT_EQ(
+      said(0.3, 7.63),
+      "K is 25.4 times as great: probably no change of the plant, but one record is in millimetres and the other in "
+      "inches; check the units");
+  EXPECT_NE(said(7.63, 0.3).find("as small: probably"), std::string::npos);
+  EXPECT_NE(said(0.3, 300.0).find("in thousandths of the other's"), std::string::npos);
+  EXPECT_EQ(said(0.3, 0.36), "");
+  EXPECT_EQ(said(0.3, 7.0), "");
+  EXPECT_EQ(said(0.3, -7.62), "");
+}
+
 TEST(ParameterChange, NamesWhatMovedFirst) {
   Model after = with(-0.12, 0.151, 0.1305);
   after.parameters[3].value = 2.0;
