@@ -303,6 +303,8 @@ IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,
                           .source_name = source.name,
                           .cut = source.cut,
+                          .gaps = source.gaps,
+                          .without_gaps = source.without_gaps,
                           .interpolated_percent = interpolated_percent(source),
                           .repetition_samples = source.repetition_samples};
   if (source.experiment) {

@@ -29,6 +29,8 @@ struct IdentificationTask {
   ident::AcceptanceLimits acceptance = {};
   std::vector<std::string> remarks = {};  ///< on the record, for a person to look at; kept in the models' provenance
   importer::Cut cut = {};                 ///< as Source
+  std::string gaps = {};                  ///< as Source
+  importer::Cut without_gaps = {};        ///< as Source
   double interpolated_percent = 0.0;      ///< share of the record's rows [%]
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.

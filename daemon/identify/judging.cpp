@@ -64,6 +64,11 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
            ident::FitResult& result) {
   ident::Model& model = result.model;
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
+  if (!task.gaps.empty()) {
+    model.provenance[ident::kGapsOfRecord] = task.gaps;
+    const importer::Cut& part = task.cut.keeps_all() ? task.without_gaps : task.cut;
+    if (!part.keeps_all()) model.provenance[ident::kWithoutGaps] = importer::cut_options(part);
+  }
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);

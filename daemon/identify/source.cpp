@@ -92,6 +92,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
     source.without_gaps = imported.without_gaps;
+    source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);
     if (source.experiment) {
       const double samples = std::round(source.experiment->duration_s / source.record.step_s);

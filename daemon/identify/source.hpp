@@ -34,6 +34,7 @@ struct Source {
   std::string exchange = {};              ///< of a file: the options that exchange input and output
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
   importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
+  std::string gaps = {};                  ///< of a file: where gaps were filled, as importer::Imported
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each
   /// What the input does between rows. If it is straight, the record has ident::kPartsOfARow rows for each of the
   /// file's.

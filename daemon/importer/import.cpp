@@ -401,6 +401,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   imported.cut = findings.cut;
   imported.without_gaps =
       part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
+  imported.gaps = gaps_text(imported.filled, record.start_s, record.step_s);
   return imported;
 }
 

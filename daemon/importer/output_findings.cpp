@@ -486,6 +486,17 @@ Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count,
   return clean_part(stretches(filled, kLongGap), count, start_s, step_s);
 }
 
+std::string gaps_text(const std::vector<std::size_t>& filled, double start_s, double step_s) {
+  const std::vector<Stretch> gaps = stretches(filled, kLongGap);
+  if (gaps.empty()) return {};
+  const auto [first, last] = *std::max_element(gaps.begin(), gaps.end(), [](const Stretch& a, const Stretch& b) {
+    return a.second - a.first < b.second - b.first;
+  });
+  const auto time = [&](std::size_t row) { return time_text(start_s + static_cast<double>(row) * step_s); };
+  const std::string span = fmt::format("from {} to {} s", time(first), time(last));
+  return gaps.size() == 1 ? span : fmt::format("in {} places, the longest {}", gaps.size(), span);
+}
+
 std::string cut_options(const Cut& cut) {
   std::string text;
   if (cut.from_s) text += "--from " + time_text(*cut.from_s);

@@ -57,6 +57,16 @@ std::string interval_text(const ParameterEstimate& p) {
   return "unbounded";
 }
 
+std::string gaps_in_record(const Model& model) {
+  const auto gaps = model.provenance.find(kGapsOfRecord);
+  if (gaps == model.provenance.end()) return {};
+  const auto cut = model.provenance.find(kWithoutGaps);
+  return fmt::format(
+      "Rows are missing {}, and what the input did there is not known, so that an integrating rod stands elsewhere "
+      "afterwards{}.",
+      gaps->second, cut == model.provenance.end() ? std::string() : "; cut with " + cut->second);
+}
+
 std::vector<std::string> causes_in_record(const Model& model) {
   std::vector<std::string> found;
   if (!model.validation) return found;

@@ -32,6 +32,13 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// The provenance of a model that gives the cut of its record ("--to 29.99") in place of the model's own.
 inline constexpr const char* kCutOfRecord = "cut";
 
+/// The provenance of a model that says where rows of its record were not measured ("from 42 to 42.29 s").
+inline constexpr const char* kGapsOfRecord = "gaps";
+inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the options that keep the longest part without one
+
+/// What such gaps do, and the command that cuts them off; empty without any.
+[[nodiscard]] std::string gaps_in_record(const Model& model);
+
 /// What lies in the record and explains the other reasons, each with the command that cuts it off: a rod on its end
 /// stop, a jump of the error.
 [[nodiscard]] std::vector<std::string> causes_in_record(const Model& model);

@@ -96,7 +96,13 @@ class Reasons {
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
            Kind::coefficient_interval, Kind::gain_ratio});
     note_wide_intervals();
-    std::vector<std::string> all = causes_in_record(model_);
+    std::vector<std::string> all;
+    const bool is_off = fails_any(verdict_, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
+                                             Kind::predicted_error, Kind::residual_drift, Kind::interpolated}) ||
+                        (model_.validation && model_.validation->jump);
+    if (const std::string gaps = gaps_in_record(model_); is_off && !gaps.empty()) all.push_back(gaps);
+    const std::vector<std::string> causes = causes_in_record(model_);
+    all.insert(all.end(), causes.begin(), causes.end());
     for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
       all.insert(all.end(), sentences->begin(), sentences->end());
     }

@@ -499,5 +499,19 @@ TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
   EXPECT_FALSE(judge(model, AcceptanceLimits{}).accepted);
 }
 
+TEST(Verdict, NamesAGapOfTheRecordBeforeWhatItDoesToTheError) {
+  Model model = good_model();
+  model.provenance[kGapsOfRecord] = "from 42 to 42.29 s";
+  model.provenance[kWithoutGaps] = "--to 41.99";
+  EXPECT_EQ(judge(model, {}).reasons, judge(good_model(), {}).reasons) << "it does no harm here";
+  model.validation->score.r2_percent = 51.8;
+  const std::vector<std::string> reasons = judge(model, {}).reasons;
+  ASSERT_GE(reasons.size(), 2U);
+  EXPECT_EQ(
+      reasons.front(),
+      "Rows are missing from 42 to 42.29 s, and what the input did there is not known, so that an integrating rod "
+      "stands elsewhere afterwards; cut with --to 41.99.");
+}
+
 }  // namespace
 }  // namespace eha::ident
