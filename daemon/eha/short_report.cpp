@@ -154,11 +154,30 @@ std::string reasons_by_model(const std::vector<Model>& models, const std::string
   return text;
 }
 
+/// "null -0.1002 +- 0.0015 V; dead_band 0.1485 +- 0.0021 V", half the 95 % intervals of the map's parameters.
+std::string map_text(const Model& model) {
+  std::string text;
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    const bool is_of_map = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band ||
+                           p.role == ident::ParameterRole::negative_gain_ratio;
+    if (!is_of_map || p.fixed) continue;
+    const double half_width = 0.5 * (p.upper95 - p.lower95);
+    const bool is_known = half_width > 0.0 && std::isfinite(half_width);
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : "; ", p.name,
+                        is_known ? fmt::format("{} {} {:.2g}", ident::rounded_to(p.value, half_width),
+                                               ident::half_width_sign(model, "+-"), half_width)
+                                 : fmt::format("{:.4g} (the record gives no interval)", p.value),
+                        ident::after_number(ident::unit_of(p, model)));
+  }
+  return text;
+}
+
 std::string what_it_is(const Model& model) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
   if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "+-")); !form.empty())
     text += line("in figures", form);
+  if (const std::string map = map_text(model); !map.empty()) text += line("valve map", map);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))
     text += line("largest error", ident::error_text(*error, model.output_unit));
