@@ -24,6 +24,7 @@ namespace {
 
 constexpr std::size_t kReadAtOnce = 64 * 1024;
 constexpr int kBacklog = 256;
+constexpr int kAcceptedAtOnce = 16;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const char* doing, int error_number) {
   const std::string message = fmt::format("{}: cannot {}: {}", path.string(), doing, error_text(error_number));
@@ -88,7 +89,8 @@ Server::~Server() {
 }
 
 void Server::accept_clients() {
-  for (;;) {
+  // A storm of connections must not keep the loop from the requests of those that are connected.
+  for (int accepted = 0; accepted < kAcceptedAtOnce; ++accepted) {
     os::FileDescriptor descriptor(accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!descriptor && (errno == EINTR || errno == ECONNABORTED)) continue;
     if (!descriptor) {

@@ -25,6 +25,9 @@ constexpr double kSpeedErrors = 4.0;
 constexpr double kFilter_s = 0.05;
 constexpr double kNoise_s = 0.5;  ///< time constant of the noise's estimate
 constexpr double kNoiseDeviations = 6.0;
+/// Some more than the noise of a sensor that arming takes makes of it, at any tick. More noise, or hum, is of an open
+/// wire, and must not hide that nothing follows.
+constexpr double kMostStill_in = 0.012;
 constexpr double kStill_in = 0.003;
 constexpr double kStillSpare_V = 0.1;           ///< beyond the dead band of [following]
 constexpr double kStillShare = 0.2;             ///< of half the command range: without [following]
@@ -167,7 +170,8 @@ void LoopMonitor::check_speed(double place_in) noexcept {
 
 double LoopMonitor::least_motion_in() const noexcept {
   // A low-pass filter of time constant tau leaves T / (2 tau) of a white noise's variance.
-  return std::max(kStill_in, kNoiseDeviations * std::sqrt(variance_in2_ * period_s_ / (2.0 * kFilter_s)));
+  const double noise_in = kNoiseDeviations * std::sqrt(variance_in2_ * period_s_ / (2.0 * kFilter_s));
+  return std::clamp(noise_in, kStill_in, kMostStill_in);
 }
 
 void LoopMonitor::check_motion(double moved_in) noexcept {

@@ -55,6 +55,7 @@ constexpr int kReadings = 20;
 /// Between two readings [s]. A sensor that drifts is seen, and no harmonic of the mains always at the same phase.
 constexpr double kReadingPeriod_s = 0.023;
 constexpr double kShortTick_s = 0.001;
+constexpr double kRangeOfMeasured_in = 0.06;
 constexpr double kRangeOfUnmeasured_in = 0.025;
 constexpr double kSpread = 3.7;  // mean range of so many normal readings over their standard deviation
 
@@ -398,7 +399,8 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
   // move it faster than they say, and need a dead sensor to be found earlier.
   const double noise_in = std::sqrt(bends_in2 / (6.0 * (kReadings - 2)));
   const double longer = std::max(1.0, config.realtime.sample_period_s / kShortTick_s);
-  const double range_in = config::is_as_measured(config) ? most_in : std::min(0.5 * most_in, kRangeOfUnmeasured_in);
+  const double range_in = config::is_as_measured(config) ? std::min(most_in, kRangeOfMeasured_in)
+                                                         : std::min(0.5 * most_in, kRangeOfUnmeasured_in);
   const double most_noise_in = range_in / (kSpread * std::sqrt(longer));
   if (noise_in > most_noise_in) {
     throw Error(

@@ -238,6 +238,24 @@ TEST_F(ServerTest, RefusesTheNewestOfAUserWithTooManyButNoStop) {
   for (const int descriptor : {first, second, asker, silent, stopper}) close(descriptor);
 }
 
+TEST_F(ServerTest, AnswersWithinAStormOfConnections) {
+  const int client = connect_raw();
+  static_cast<void>(hear(client));
+  std::vector<os::FileDescriptor> storm;
+  const sockaddr_un address = socket_address(path_);
+  for (int i = 0; i < 50; ++i) {
+    storm.emplace_back(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    ASSERT_EQ(connect(storm.back().get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0) << i;
+  }
+  say(client, "{\"id\":1,\"method\":\"status\"}\n");
+  loop_.run_once(0ms);
+  EXPECT_NE(hear(client).find("\"idle\""), std::string::npos);
+  EXPECT_LT(server_->clients(), 51U) << "the storm is not awaited";
+  turn();
+  EXPECT_EQ(server_->clients(), 51U);
+  close(client);
+}
+
 TEST_F(ServerTest, TakesThePlaceOfADeadOneAndOfNoLiveOne) {
   EXPECT_THROW(Server(
                    loop_, path_, {}, [](const Peer&, const Request&) {}, [](ClientId) {}, [](uid_t) { return ""; }),

@@ -158,6 +158,20 @@ TEST(LoopMonitor, FindsASensorThatFreezesInMotionAtTheLongestTickSoon) {
   EXPECT_LT(at_s - kFreezes_s, 0.6);
 }
 
+/// A wire that opened picks up the mains, at the Nyquist frequency of a tick of 10 ms.
+TEST(LoopMonitor, FindsADeadSensorThatHums) {
+  constexpr double kLongTick_s = 0.01;
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kLongTick_s);
+  double time_s = 0.0;
+  for (int k = 0; monitor.breach().fault == Fault::none && time_s < 10.0; ++k) {
+    const hal::RigReading reading{.displacement_in = 3.0 + (k % 2 == 0 ? 0.05 : -0.05)};
+    static_cast<void>(monitor.bounded_V(9.0, reading));
+    time_s = k * kLongTick_s;
+  }
+  EXPECT_EQ(monitor.breach().fault, Fault::no_motion);
+  EXPECT_LT(time_s, 0.8);
+}
+
 TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
   for (const auto& [factor, wanted_V] : {std::pair(0.5, 0.9), std::pair(2.2, 0.6)}) {
     LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);

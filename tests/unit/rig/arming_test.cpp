@@ -313,9 +313,9 @@ TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
     rig.realtime.sample_period_s = 0.05;
   };
   EXPECT_EQ(refusal(as_measured), "");
-  text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.021; });
-  EXPECT_NE(text.find("sample_period_s = 0.021 s: [following] is not as it was measured"), std::string::npos) << text;
-  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.02; }), "");
+  text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.003; });
+  EXPECT_NE(text.find("sample_period_s = 0.003 s: [following] is not as it was measured"), std::string::npos) << text;
+  EXPECT_EQ(refusal([](auto& rig) { rig.realtime.sample_period_s = 0.002; }), "");
   text = refusal([](auto& rig) { rig.realtime.stall_limit_s = 1.0; });
   EXPECT_NE(text.find("realtime.stall_limit_s = 1 s"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.realtime.stall_limit_s = 0.2; }), "");
