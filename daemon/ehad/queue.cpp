@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/queue.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/os/lock_file.hpp"
 
 namespace eha::service {
 namespace {
@@ -115,10 +114,8 @@ std::string bad_end_of(const Entry& entry) {
 
 QueueStore::QueueStore(fs::path folder) : folder_(std::move(folder)) {
   os::create_folders(folder_);
-  lock_ = os::open_file(folder_ / "lock", O_RDWR | O_CREAT, 0640);
-  if (flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
-    throw DeviceError(fmt::format("{}: another ehad uses this folder; stop it first", folder_.string()));
-  }
+  lock_ = os::lock_file(folder_ / "lock",
+                        "another process of this user, as a rule another ehad that uses this folder; stop it first");
 }
 
 fs::path QueueStore::file_of(EntryId id) const { return folder_ / fmt::format("{:08}.json", id); }

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/rig_keeper.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
-#include <sys/file.h>
 
 #include <chrono>
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/os/files.hpp"
+#include "core/os/lock_file.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -71,16 +69,14 @@ void RigKeeper::open(const config::RigConfig& config) {
 }
 
 void RigKeeper::hold_folder() {
-  if (folder_) return;
+  if (lock_) return;
   const std::filesystem::path folder = snapshot_.has_parent_path() ? snapshot_.parent_path() : ".";
-  os::FileDescriptor opened = os::open_file(folder, O_RDONLY | O_DIRECTORY);
-  if (flock(opened.get(), LOCK_EX | LOCK_NB) != 0) {
-    throw DeviceError(fmt::format(
-        "{}: another ehad that drives a card has its socket in this folder, and eha-safe could not tell the "
-        "two cards apart; name a socket in a folder of its own with --socket DIR/ehad.sock",
-        folder.string()));
-  }
-  folder_ = std::move(opened);
+  // Not the folder itself: all users may open it, and so lock it.
+  lock_ =
+      os::lock_file(folder / "card.lock",
+                    "another process of this user, as a rule another ehad that drives a card and has its socket in "
+                    "this folder: eha-safe could not tell the two cards apart; name a socket in a folder of its own "
+                    "with --socket DIR/ehad.sock");
 }
 
 void RigKeeper::close() noexcept {

@@ -121,7 +121,8 @@ class RigKeeper {
  private:
   void open(const config::RigConfig& config);
   void close() noexcept;
-  /// @throws DeviceError  another service keeps its snapshot in this one's folder
+  /// @throws DeviceError, PermissionError, IoError  another service keeps its snapshot in this one's folder, or the
+  ///                                                lock is another user's
   void hold_folder();
   void read_idle_rig();
   /// Reads the rig and passes the reading to the rod's view and the sample stream.
@@ -129,7 +130,7 @@ class RigKeeper {
 
   Config config_;
   std::filesystem::path snapshot_;
-  os::FileDescriptor folder_;          ///< of the snapshot, locked; none before a card is opened
+  os::FileDescriptor lock_;            ///< of the snapshot's folder; none before a card is opened
   std::unique_ptr<OwnedRig> card_;     ///< none for a simulated rig
   std::unique_ptr<hal::Rig> replica_;  ///< a simulated rig for reading between runs; each run opens its own
   std::string opened_text_;            ///< text of the open rig's file, empty: closed; belongs to the rig's thread

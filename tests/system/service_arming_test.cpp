@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the service does not arm: the built programs on the stand-in card.
+#include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 
 #include <csignal>
 #include <fstream>
@@ -11,6 +14,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/driven_rig.hpp"
 #include "tests/system/program.hpp"
@@ -67,6 +71,22 @@ TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
     EXPECT_NE(child_of(daemon_.pid()), guard);
     EXPECT_EQ(client_->call("disarm").at("state"), "idle");
   }
+}
+
+/// eha-safe finds the card by the socket's folder. All users may open that folder, and so lock it.
+TEST_F(ServiceArming, LeavesTheFolderOfItsSocketToOneServiceWhoeverLocksIt) {
+  const os::FileDescriptor of_anybody = os::open_file(daemon_.folder(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(flock(of_anybody.get(), LOCK_EX | LOCK_NB), 0);
+  start();
+  std::string second = "env";
+  for (const std::string& variable : rig_.environment()) second += " " + variable;
+  second += fmt::format(" {} --rig {} --state {} --socket {} 2>&1; echo \"ended: $?\"", EHAD_PROGRAM,
+                        daemon_.rig_file().string(), (daemon_.folder() / "state_2").string(),
+                        (daemon_.folder() / "second.sock").string());
+  const std::string said = output_of_shell(second);
+  EXPECT_NE(said.find("another ehad that drives a card"), std::string::npos) << said;
+  EXPECT_NE(said.find("ended: 69"), std::string::npos) << said;
+  EXPECT_EQ(client_->call("arm").at("state"), "armed");
 }
 
 /// The rig file of the stand-in card, nothing known of its valve.

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/ehad/queue.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::service {
@@ -152,6 +156,21 @@ TEST(QueueStore, BelongsToOneProcess) {
   const test::TemporaryFolder folder;
   const QueueStore store(folder.path());
   EXPECT_THROW(QueueStore(folder.path()), DeviceError);
+}
+
+TEST(QueueStore, LocksNothingThatOtherUsersCanOpen) {
+  namespace fs = std::filesystem;
+  const test::TemporaryFolder folder;
+  const fs::path lock = folder.write("lock", "");
+  fs::permissions(lock, fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read);
+  const os::FileDescriptor of_a_member = os::open_file(lock, O_RDONLY);
+  {
+    const QueueStore store(folder.path());
+    EXPECT_EQ(fs::status(lock).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+    EXPECT_THROW(QueueStore(folder.path()), DeviceError);
+  }
+  ASSERT_EQ(flock(of_a_member.get(), LOCK_EX | LOCK_NB), 0);
+  EXPECT_NO_THROW(QueueStore(folder.path())) << "it is not the file of before";
 }
 
 }  // namespace

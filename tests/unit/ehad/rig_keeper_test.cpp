@@ -52,7 +52,8 @@ class RigKeeperTest : public ::testing::Test {
 
   control::EventLoop loop_;
   Mailbox mailbox_{loop_};
-  RigKeeper rig_{RigKeeper::load(kRigFile), "unused", mailbox_};
+  test::TemporaryFolder of_snapshot_;
+  RigKeeper rig_{RigKeeper::load(kRigFile), of_snapshot_.path() / "unused", mailbox_};
 };
 
 TEST_F(RigKeeperTest, IsFaultedUntilItIsArmed) {
@@ -160,21 +161,39 @@ TEST_F(RigKeeperTest, KeepsItsConfigurationWhenTheNewRigDoesNotOpen) {
   EXPECT_EQ(arm(), "");
 }
 
+/// Why a service does not open a card with its snapshot in `folder`; there is none to open.
+std::string refusal_of_card(const RigKeeper::Config& sim, const std::filesystem::path& folder, Mailbox& mailbox) {
+  const auto card = std::make_shared<config::RigConfig>(*sim);
+  hal::ComediOptions options;
+  options.device = "/no/such/card";
+  card->backend = options;
+  try {
+    const RigKeeper keeper(card, folder / "safe.json", mailbox);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 /// eha-safe would make the card of the other service safe in place of this one's.
 TEST_F(RigKeeperTest, OpensNoCardWhereAnotherServiceKeepsItsSnapshot) {
   const test::TemporaryFolder folder;
-  const os::FileDescriptor other = os::open_file(folder.path(), O_RDONLY | O_DIRECTORY);
+  const os::FileDescriptor other = os::open_file(folder.path() / "card.lock", O_RDWR | O_CREAT, 0600);
   ASSERT_EQ(flock(other.get(), LOCK_EX | LOCK_NB), 0);
-  const auto card = std::make_shared<config::RigConfig>(*rig_.config());
-  card->backend = hal::ComediOptions{};
-  try {
-    const RigKeeper keeper(card, folder.path() / "safe.json", mailbox_);
-    FAIL() << "opened";
-  } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find(folder.path().string() + ": another ehad"), std::string::npos)
-        << error.what();
-  }
+  const std::string said = refusal_of_card(rig_.config(), folder.path(), mailbox_);
+  EXPECT_NE(said.find("another ehad that drives a card"), std::string::npos) << said;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "safe.json"));
+}
+
+/// The folder of the socket is open to all users.
+TEST_F(RigKeeperTest, LocksNothingThatOtherUsersCanLock) {
+  const test::TemporaryFolder folder;
+  const os::FileDescriptor anybodys = os::open_file(folder.path(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(flock(anybodys.get(), LOCK_EX | LOCK_NB), 0);
+  const std::string said = refusal_of_card(rig_.config(), folder.path(), mailbox_);
+  EXPECT_EQ(said.find("another ehad"), std::string::npos) << said;
+  EXPECT_EQ(std::filesystem::status(folder.path() / "card.lock").permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
 }
 
 TEST_F(RigKeeperTest, HasNoGuardToLoseWithoutACard) {
