@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -55,6 +56,10 @@ Examples:
   eha commission rig.toml --yes --fast
   eha commission /etc/ehad/rig.toml --ruler 74mm)";
 
+constexpr const char* kMeasuredFile = "rig.toml";
+constexpr const char* kFileBefore = "rig_before.toml";
+constexpr const char* kReport = "report.html";
+constexpr const char* kControllerFile = "axis.toml";
 constexpr int kRepetitions = 5;
 constexpr int kFurtherRepetitions = 4;  // the whole commissioning stays within 10 min of rig time
 constexpr int kAttempts = 2;
@@ -86,6 +91,12 @@ Recorded recorded_in(const fs::path& folder) {
   return recorded;
 }
 
+/// What to do where a folder does not suit.
+std::string anew_elsewhere(CommissionOptions command) {
+  command.folder += "-2";
+  return "begin anew in another folder: " + again(command);
+}
+
 class Commissioning {
  public:
   Commissioning(const CommissionCommand& command, Console& console)
@@ -93,7 +104,7 @@ class Commissioning {
         console_(console),
         rig_(config::load_rig(command.rig_file)),
         session_(command, hal::moves_machine(rig_.backend), console),
-        state_(command.folder) {}
+        state_(command.folder, anew_elsewhere(command)) {}
 
   ExitCode execute() {
     refuse_what_does_not_fit();
@@ -139,19 +150,17 @@ class Commissioning {
     const std::string known = state_.rig_sha256();
     if (known.empty()) return;
     const std::string now = record::sha256_of_file(command_.rig_file);
-    std::error_code ignored;
     // The owner may have installed the measured numbers.
+    const std::optional<std::string> measured = state_.files().read(kMeasuredFile);
     const bool is_measured =
-        state_.has("sheet") && fs::exists(measured_file(), ignored) && now == record::sha256_of_file(measured_file());
+        state_.has("sheet") && measured && now == record::sha256_of(std::as_bytes(std::span(*measured)));
     const bool is_same_file = fs::weakly_canonical(state_.rig_file()) == fs::weakly_canonical(command_.rig_file);
     if (is_same_file && (now == known || is_measured)) return;
-    CommissionOptions anew = command_;
-    anew.folder += "-2";
     throw UsageError(fmt::format(
-        "{}: {}; begin anew in another folder: {}", command_.rig_file,
+        "{}: {}; {}", command_.rig_file,
         is_same_file ? fmt::format("has changed since {} was begun", state_.folder().string())
                      : fmt::format("{} is of another rig file, {}", state_.folder().string(), state_.rig_file()),
-        again(anew)));
+        anew_elsewhere(command_)));
   }
 
   static void require(ExitCode code, const char* why) {
@@ -196,15 +205,15 @@ class Commissioning {
   }
 
   /// Path of the rig file with the measured numbers.
-  [[nodiscard]] fs::path measured_file() const { return state_.file("rig.toml"); }
+  [[nodiscard]] fs::path measured_file() const { return state_.file(kMeasuredFile); }
 
   void measure_valve() {
     if (state_.has("sheet")) return;
     session_.announce("step 2 of 6, valve sheet", way_of_sheet());
     session_.ask_before_motion();
-    std::error_code ignored;
-    fs::remove(measured_file(), ignored);  // remains of an unfinished step
-    os::create_folders(state_.folder());
+    state_.files().make();
+    state_.files().remove(kMeasuredFile);  // remains of an unfinished step
+    state_.files().require_own(kMeasuredFile);
     std::vector<std::string> words{"characterise", "-o", measured_file().string()};
     if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
     auto [sheet, code] = session_.drive(std::move(words));
@@ -216,19 +225,19 @@ class Commissioning {
   void require_owners_limits(const std::string& text) const {
     const config::RigConfig measured = config::parse_rig(text, measured_file().string());
     if (measured.limits.following && rig_text_with(rig_, *measured.limits.following) == text) return;
-    CommissionOptions anew = command_;
-    anew.folder += "-2";
-    throw DataError(
-        fmt::format("{}: differs from {} in more than the valve's numbers, and is not installed; begin anew in another "
-                    "folder: {}",
-                    measured_file().string(), command_.rig_file, again(anew)));
+    throw DataError(fmt::format("{}: differs from {} in more than the valve's numbers, and is not installed; {}",
+                                measured_file().string(), command_.rig_file, anew_elsewhere(command_)));
   }
 
   /// Writes the measured numbers into the rig file.
   void install_numbers() {
     if (!state_.has("rig file")) {
-      const std::string text = os::read_file(measured_file());
-      const fs::path before = state_.file("rig_before.toml");
+      const std::optional<std::string> measured = state_.files().read(kMeasuredFile);
+      if (!measured) {
+        throw DataError(fmt::format("{}: is missing; {}", measured_file().string(), anew_elsewhere(command_)));
+      }
+      const std::string& text = *measured;
+      const fs::path before = state_.file(kFileBefore);
       if (os::read_file(command_.rig_file) != text) {
         require_owners_limits(text);
         if (!session_.is_local()) {
@@ -242,7 +251,7 @@ class Commissioning {
                                       command_.rig_file, before.string()));
         session_.ask();
         refuse_what_does_not_fit();  // checked again: it may have been changed meanwhile
-        os::write_file_atomically(before, os::read_file(command_.rig_file));
+        state_.files().write(kFileBefore, os::read_file(command_.rig_file));
         os::write_file_atomically(command_.rig_file, text);
       }
       state_.set_rig(fs::absolute(command_.rig_file).string(), record::sha256_of_file(command_.rig_file));
@@ -261,13 +270,15 @@ class Commissioning {
                      1.0 / (kTicksAPeriod * rig_.realtime.sample_period_s)});
   }
 
-  [[nodiscard]] fs::path excitation_file(int attempt) const {
-    return state_.file(attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt));
+  [[nodiscard]] static std::string excitation_file(int attempt) {
+    return attempt == 1 ? "excitation.toml" : fmt::format("excitation_{}.toml", attempt);
   }
 
   /// Designs the excitation, and plays it after a question.
   fs::path played(int attempt) {
-    const std::string file = excitation_file(attempt).string();
+    const std::string file = state_.file(excitation_file(attempt)).string();
+    state_.files().remove(excitation_file(attempt));
+    state_.files().require_own(excitation_file(attempt));
     const int repetitions = attempt == 1 ? kRepetitions : kFurtherRepetitions;
     session_.announce("step 4 of 6, record",
                       fmt::format("the rod follows tones up to {:.1f} Hz about the middle of its travel, the way is "
@@ -279,6 +290,7 @@ class Commissioning {
          "--precision", fmt::format("{:g}", command_.precision_percent), "-o", file});
     require(design.code, "no excitation fits the rig");
     session_.ask_before_motion();
+    state_.files().require_own(excitation_file(attempt));
     const auto [run, code] = session_.drive({"run", file}, Results::hide);
     if (code != ExitCode::ok && code != ExitCode::model_rejected && code != ExitCode::not_converged) {
       throw Stopped{code, code == ExitCode::interrupted ? "" : "the record is not whole"};
@@ -289,9 +301,8 @@ class Commissioning {
   /// Returns a run that an earlier attempt recorded completely before the commissioning was stopped; fits it if
   /// necessary.
   std::optional<fs::path> recorded_before(int attempt) {
-    std::error_code ignored;
-    if (!fs::exists(excitation_file(attempt), ignored)) return std::nullopt;
-    const std::string text = os::read_file(excitation_file(attempt));
+    const std::optional<std::string> text = state_.files().read(excitation_file(attempt));
+    if (!text) return std::nullopt;
     const fs::path sheet = state_.result("sheet").at("run").get<std::string>();
     std::optional<fs::path> found;
     bool is_fitted = false;
@@ -299,7 +310,7 @@ class Commissioning {
       if (run.filename() <= sheet.filename()) continue;
       const record::Manifest manifest = record::read_manifest(run);
       const Json& header = manifest.other;
-      const bool is_own = header.contains("experiment") && header.at("experiment").value("text", "") == text;
+      const bool is_own = header.contains("experiment") && header.at("experiment").value("text", "") == *text;
       if (!is_own || !acquisition::is_whole(record::outcome_text(manifest))) continue;
       found = run;
       is_fitted = manifest.identification.has_value();
@@ -327,9 +338,8 @@ class Commissioning {
                            : "no model passes: a further run follows");
       }
     }
-    std::error_code ignored;
     if (!best) {
-      for (int attempt = 1; attempt <= kAttempts; ++attempt) fs::remove(excitation_file(attempt), ignored);
+      for (int attempt = 1; attempt <= kAttempts; ++attempt) state_.files().remove(excitation_file(attempt));
       throw Stopped{ExitCode::model_rejected, "no model of the records passes; their reports say why"};
     }
     if (best->gain_percent > command_.precision_percent) {
@@ -354,9 +364,9 @@ class Commissioning {
                       "a controller is designed from the model and tried on 50 simulated rigs. Nothing moves; some "
                       "seconds.");
     session_.ask();
-    const std::string file = state_.file("axis.toml").string();
-    std::error_code ignored;
-    fs::remove(file, ignored);  // remains of an unfinished step
+    const std::string file = state_.file(kControllerFile).string();
+    state_.files().remove(kControllerFile);  // remains of an unfinished step
+    state_.files().require_own(kControllerFile);
     auto [tuned, code] =
         session_.play({"tune", state_.result("record").at("run").get<std::string>(), "--sheet",
                        state_.result("sheet").at("run").get<std::string>(), "--rig", command_.rig_file, "-o", file});
@@ -370,7 +380,8 @@ class Commissioning {
                       "the rod follows a step, trapezoids, a sweep and a sine, and rests for 60 s, in closed loop, "
                       "under every limit of the rig file. 2 to 3 min.");
     session_.ask_before_motion();
-    auto [track, code] = session_.drive({"track", state_.file("axis.toml").string()});
+    state_.files().require_own(kControllerFile);
+    auto [track, code] = session_.drive({"track", state_.file(kControllerFile).string()});
     if (code != ExitCode::ok && code != ExitCode::model_rejected) throw Stopped{code, "the trial is not whole"};
     state_.finish("track", std::move(track));
   }
@@ -387,8 +398,8 @@ class Commissioning {
   }
 
   ExitCode conclude() {
-    const fs::path page = state_.file("report.html");
-    os::write_file_atomically(page, commission_page(state_, rig_.name, console_.unit(rig_.units)));
+    const fs::path page = state_.file(kReport);
+    state_.files().write(kReport, commission_page(state_, rig_.name, console_.unit(rig_.units)));
     const bool is_kept = state_.result("track").at("kept").get<bool>();
     const std::string verdict = !is_kept
                                     ? "the axis does not keep the controller's promise"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/eha/commission_state.hpp"
 
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/os/files.hpp"
 #include "daemon/record/one_line_texts.hpp"
 
 namespace eha::cli {
@@ -16,12 +17,13 @@ constexpr const char* kStateFile = "commission.json";
 
 }  // namespace
 
-CommissionState::CommissionState(std::filesystem::path folder)
-    : folder_(std::move(folder)), document_{{"schema", "eha-commission/1"}, {"steps", Json::object()}} {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file(kStateFile), ignored)) return;
+CommissionState::CommissionState(std::filesystem::path folder, std::string remedy)
+    : files_(std::move(folder), std::move(remedy)),
+      document_{{"schema", "eha-commission/1"}, {"steps", Json::object()}} {
+  const std::optional<std::string> text = files_.read(kStateFile);
+  if (!text) return;
   const std::string name = file(kStateFile).string();
-  document_ = Json::parse(os::read_file(name), nullptr, false);
+  document_ = Json::parse(*text, nullptr, false);
   record::make_one_line(document_);
   if (!document_.is_object() || document_.value("schema", "") != "eha-commission/1" || !document_.contains("steps") ||
       !document_.at("steps").is_object()) {
@@ -40,9 +42,9 @@ void CommissionState::set_rig(const std::string& rig_file, const std::string& sh
   write();
 }
 
-void CommissionState::write() const {
-  os::create_folders(folder_);
-  os::write_file_atomically(file(kStateFile), document_.dump(2) + "\n");
+void CommissionState::write() {
+  files_.make();
+  files_.write(kStateFile, document_.dump(2) + "\n");
 }
 
 }  // namespace eha::cli

@@ -5,16 +5,23 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/os/own_folder.hpp"
+
 namespace eha::cli {
 
 /// Completed steps of a commissioning: a folder with `commission.json`, which is written after each step.
 class CommissionState {
  public:
-  /// Reads the folder's file, or starts a new one. @throws IoError, PermissionError, DataError  it is damaged
-  explicit CommissionState(std::filesystem::path folder);
+  /// Reads the folder's file, or starts a new one.
+  /// @param remedy  for messages: what to do where others may change the folder or the file
+  /// @throws IoError, PermissionError  as OwnFolder   @throws DataError  the file is damaged
+  CommissionState(std::filesystem::path folder, std::string remedy);
 
-  [[nodiscard]] const std::filesystem::path& folder() const noexcept { return folder_; }
-  [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+  [[nodiscard]] const std::filesystem::path& folder() const noexcept { return files_.path(); }
+  [[nodiscard]] std::filesystem::path file(const std::string& name) const { return folder() / name; }
+  /// The folder with its files, which nobody but this user and root may change.
+  [[nodiscard]] os::OwnFolder& files() noexcept { return files_; }
+  [[nodiscard]] const os::OwnFolder& files() const noexcept { return files_; }
 
   [[nodiscard]] bool has(const std::string& step) const { return document_.at("steps").contains(step); }
   /// Returns the result of a completed step. @throws std::exception  it is not completed
@@ -33,9 +40,9 @@ class CommissionState {
   [[nodiscard]] const nlohmann::ordered_json& document() const noexcept { return document_; }
 
  private:
-  void write() const;
+  void write();
 
-  std::filesystem::path folder_;
+  os::OwnFolder files_;
   nlohmann::ordered_json document_;
 };
 

@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/os/own_folder.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/rig/user_namespace.hpp"
 #include "hal/backends/backend.hpp"
@@ -44,7 +45,7 @@ class OpenRigFile {
     }
     struct stat facts {};
     if (fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", rig_.file_name, errno);
-    if (facts.st_uid != 0 || (facts.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
+    if (!os::is_changed_only_by(facts, {0})) {
       throw PermissionError(
           fmt::format("{0}: a rig file that drives a real card must belong to root and be writable by no one else, "
                       "because its limits protect the machine; as root: chown root {1} && chmod go-w {1}",

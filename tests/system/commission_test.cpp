@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tests/system/drawn_rigs.hpp"
+#include "tests/unit/other_users.hpp"
 
 namespace eha::test {
 namespace {
@@ -211,6 +216,80 @@ TEST_F(Commission, TakesNothingButTheValvesNumbersFromTheMeasuredFile) {
     EXPECT_THAT(refused.err, HasSubstr("differs from rig.toml in more than the valve's numbers"));
     EXPECT_EQ(content_of(elsewhere.path() / "rig.toml"), rig) << key;
   }
+}
+
+/// Makes a file or folder another one than its owner alone may change. @returns false: not possible here
+using Spoil = std::function<bool(const std::filesystem::path& what)>;
+
+const std::vector<std::pair<const char*, Spoil>>& ways_to_spoil() {
+  static const std::vector<std::pair<const char*, Spoil>> ways{
+      {"another user's",
+       [](const std::filesystem::path& what) {
+         return geteuid() == 0 && chown(what.c_str(), kOtherUser, static_cast<gid_t>(-1)) == 0;
+       }},
+      {"the group's",
+       [](const std::filesystem::path& what) {
+         permissions(what, std::filesystem::perms::group_write, std::filesystem::perm_options::add);
+         return true;
+       }},
+      {"everybody's",
+       [](const std::filesystem::path& what) {
+         permissions(what, std::filesystem::perms::others_write, std::filesystem::perm_options::add);
+         return true;
+       }},
+      {"a link", [](const std::filesystem::path& what) {
+         const std::filesystem::path to = what.string() + ".elsewhere";
+         rename(what, to);
+         create_symlink(to, what);
+         return true;
+       }}};
+  return ways;
+}
+
+TEST_F(Commission, TakesNothingFromAFolderThatOthersMayChange) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::string measured = content_of(file("commission/rig.toml"));
+  for (const char* what : {"commission", "commission/commission.json", "commission/rig.toml"}) {
+    for (const auto& [way, spoil] : ways_to_spoil()) {
+      const TemporaryFolder elsewhere;
+      elsewhere.write("rig.toml", unknown_rig());
+      json after_sheet = state();
+      for (const char* step : {"rig file", "record", "tune", "track"}) after_sheet.at("steps").erase(step);
+      after_sheet.at("rig") = (elsewhere.path() / "rig.toml").string();
+      after_sheet.at("rig_sha256") =
+          output_of_shell("sha256sum < " + (elsewhere.path() / "rig.toml").string()).substr(0, 64);
+      std::filesystem::create_directories(elsewhere.path() / "commission");
+      elsewhere.write("commission/commission.json", after_sheet.dump());
+      elsewhere.write("commission/rig.toml", measured);
+      if (!spoil(elsewhere.path() / what)) {
+        std::cout << "left out: needs root, to give a file to another user\n";
+        continue;
+      }
+      const Ended refused = run_eha({"commission", "rig.toml", "--yes", "--fast"}, elsewhere.path());
+      EXPECT_EQ(refused.code, 77) << what << ", " << way << ": " << refused.err;
+      EXPECT_THAT(refused.err, HasSubstr(what)) << way;
+      EXPECT_THAT(refused.err, HasSubstr("eha commission rig.toml -o commission-2 --fast --yes"))
+          << what << ", " << way;
+      EXPECT_TRUE(content_of(elsewhere.path() / "rig.toml") == unknown_rig()) << what << ", " << way;
+    }
+  }
+}
+
+TEST_F(Commission, TriesNoControllerThatOthersMayChange) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  const std::size_t runs = manifests_of(file("runs")).size();
+  const json whole = state();
+  json without_trial = whole;
+  without_trial.at("steps").erase("track");
+  folder_->write("commission/commission.json", without_trial.dump());
+  permissions(file("commission/axis.toml"), std::filesystem::perms::others_write, std::filesystem::perm_options::add);
+  const Ended refused = run_eha({"commission", "rig.toml", "--yes", "--fast"}, folder_->path());
+  permissions(file("commission/axis.toml"), std::filesystem::perms::others_write,
+              std::filesystem::perm_options::remove);
+  folder_->write("commission/commission.json", whole.dump());
+  EXPECT_EQ(refused.code, 77) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("chmod go-w commission/axis.toml"));
+  EXPECT_EQ(manifests_of(file("runs")).size(), runs);
 }
 
 TEST(CommissionQuestions, AskOnATerminalOnly) {
