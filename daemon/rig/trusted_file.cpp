@@ -8,14 +8,15 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
+#include <sstream>
 #include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/os/own_folder.hpp"
 #include "core/shell_word.hpp"
-#include "daemon/rig/user_namespace.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -24,6 +25,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kSiteFolder = "/etc/ehad";
+
+/// Whether uid 0 is another user outside, user_namespaces(7): the machine's own namespace maps every uid to itself.
+bool is_in_user_namespace() {
+  std::istringstream map(os::read_file("/proc/self/uid_map"));
+  std::uint64_t inside = 1;
+  std::uint64_t outside = 1;
+  std::uint64_t count = 0;
+  map >> inside >> outside >> count;
+  return inside != 0 || outside != 0 || count < 0xFFFFFFFFU;
+}
 
 /// A rig file and its folder, both open, so that all checks concern the same file and folder even if links in the path
 /// change meanwhile.
@@ -36,11 +47,10 @@ class OpenRigFile {
   }
 
   void require_trust() const {
-    if (!is_root_of_machine()) {
+    if (is_in_user_namespace()) {
       throw PermissionError(fmt::format(
           "{}: whether it belongs to root cannot be told within a user namespace, such as that of a rootless "
-          "container, where every user may be root, nor where something is mounted over files of /proc/self; drive the "
-          "card outside of it, or use the service",
+          "container, where every user may be root; drive the card outside of it, or use the service",
           rig_.file_name));
     }
     struct stat facts {};

@@ -45,7 +45,10 @@ void expect_the_cards_valve(const Json& sheet) {
 }
 
 /// A rig that ticks slower, of which the emulated machine plays more in a time.
-std::string slow_rig() { return patient_pci1716_rig({}, {{"sample_period_s", "0.005"}}); }
+std::string slow_rig() {
+  return patient_pci1716_rig(
+      {}, {{"sample_period_s", "0.005"}, {"abort_consecutive_late", "200"}, {"abort_total_late", "2000"}});
+}
 
 TEST(Commissioning, MeasuresTheValveThroughTheService) {
   const Board board("pci1716_card", kNoisyRod);

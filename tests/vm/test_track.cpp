@@ -26,7 +26,10 @@ using Json = nlohmann::json;
 
 constexpr const char* kTick_s = "0.005";
 
-std::string rig() { return patient_pci1716_rig({}, {{"sample_period_s", kTick_s}}); }
+std::string rig() {
+  return patient_pci1716_rig(
+      {}, {{"sample_period_s", kTick_s}, {"abort_consecutive_late", "200"}, {"abort_total_late", "2000"}});
+}
 
 /// Made by `run`, outside the machine: emulated, tuning takes minutes.
 constexpr const char* kController = "/usr/share/axis.toml";
