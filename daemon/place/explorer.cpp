@@ -27,8 +27,9 @@ constexpr double kStandstill_s = 4.0;
 constexpr double kAtMost_s = 2.0;  ///< at the greatest command without progress
 constexpr double kLongest_s = 900.0;
 constexpr double kBackwards_in = 0.3;
-constexpr double kBeyondSlow_V = 0.03;  ///< the slow speed is surely due
-constexpr double kDue_s = 1.0;          ///< without progress
+constexpr double kBeyondSlow_V = 0.03;    ///< the slow speed is surely due
+constexpr double kDue_s = 1.0;            ///< without progress
+constexpr double kDueAfterPulse_s = 0.5;  ///< the same before the slow speed is known: less volts must have moved it
 constexpr double kDueGrowth_per_s = 0.003;
 constexpr double kKnownSlowly_s = 0.5;
 constexpr double kFastest_in_per_s = 0.6;
@@ -117,6 +118,9 @@ void Explorer::probe(double place_in) noexcept {
     case Probe::Result::backwards:
       trip(Fault::unexplained_motion, -probe_.moved_in(), probe_.least_in());
       return;
+    case Probe::Result::unsteady:
+      trip(Fault::unexplained_motion, probe_.moved_in(), probe_.least_in());
+      return;
     case Probe::Result::seen:
       seen_V_[direction_ > 0.0 ? 0 : 1] = probe_.seen_V();
       break;
@@ -191,7 +195,8 @@ void Explorer::check() noexcept {
   if ((best_in_ > kMoves_in && still_s_ > kStandstill_s) || (is_at_most && still_s_ > kAtMost_s)) {
     trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
   }
-  if (due_s_ > kDue_s) trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
+  const bool is_known = slow_s_[direction_ > 0.0 ? 0 : 1] >= kKnownSlowly_s;
+  if (due_s_ > (is_known ? kDue_s : kDueAfterPulse_s)) trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
   elapsed_s_ += period_s_;
   if (elapsed_s_ > kLongest_s) trip(Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0);
 }

@@ -24,9 +24,14 @@ constexpr double kMostSum_Vs = 0.36;   ///< of the pulses before the rod is seen
 constexpr double kUsualTick_s = 0.001;
 constexpr double kReturnShare = 0.5;  ///< of the pulse's area
 constexpr double kMostReturn_Vs = kReturnShare * kMost_Vs;
-constexpr int kRefinements = 2;
+constexpr double kDescent = 5.0;  ///< from a pulse that was seen to the next lesser one
+constexpr int kRefinements = 3;
+constexpr double kFineEnough = 1.3;  ///< greatest that was not seen to least that was, volt-seconds
+constexpr int kAgreeing = 2;
+constexpr double kDrifting_Vs = 0.003;  ///< the first pulse at a rod that drifts, which leaves no time for lesser ones
+constexpr int kAliveReturns = 2;
+constexpr double kUnsteady_s = 5.0;
 constexpr double kMean_s = 0.2;
-constexpr double kSettling_s = 0.1;
 constexpr double kRest_s = 0.4;  ///< a rod comes to rest that a pulse of 1 V at 2.5 V/s moves
 constexpr double kSeen_in = 0.002;
 constexpr double kEnough_in = 0.006;  ///< ends a pulse
@@ -52,13 +57,18 @@ void Probe::begin(double direction) noexcept {
   direction_ = direction;
   result_ = Result::none;
   const double first_V = std::min({kFirstShare * half_range_V_, kFirst_V, most_V_});
-  area_Vs_ = first_V * first_V / full_slope_V_per_s_;
+  first_Vs_ = first_V * first_V / full_slope_V_per_s_;
+  area_Vs_ = first_Vs_;
   is_return_ = false;
-  is_alive_ = false;
+  returns_in_a_row_ = 0;
+  is_confirmed_ = false;
   seen_Vs_ = 0.0;
   seen_V_ = 0.0;
   unseen_Vs_ = 0.0;
   refinements_ = 0;
+  agreeing_ = 0;
+  is_drifting_ = false;
+  unsteady_s_ = 0.0;
   sum_Vs_ = 0.0;
   has_last_ = false;
   begin_pulse();
@@ -66,10 +76,20 @@ void Probe::begin(double direction) noexcept {
 }
 
 void Probe::begin_pulse() noexcept {
+  shape_pulse();
+  // The drift is extrapolated over the pulse: over a long one from longer means.
+  mean_s_ = std::max(kMean_s, 2.0 * peak_V_ / slope_V_per_s_ + hold_s_);
+  means_ = 0;
+  enter(Phase::before);
+}
+
+void Probe::shape_pulse() noexcept {
   double area_Vs = area_Vs_;
   if (is_return_) {
-    area_Vs = std::min(kReturnShare * area_Vs, kMostReturn_Vs);
-  } else if (seen_Vs_ <= 0.0 && !is_alive_) {
+    // At least what lets a pulse that was seen be repeated.
+    const double repeat_Vs = seen_Vs_ > 0.0 ? sum_Vs_ + area_Vs - kMostSum_Vs : 0.0;
+    area_Vs = std::max(std::min(kReturnShare * area_Vs, kMostReturn_Vs), repeat_Vs);
+  } else if (!is_confirmed_ && !is_alive()) {
     area_Vs = std::clamp(kMostSum_Vs - sum_Vs_, 0.0, area_Vs);
   }
   // The greatest peak of this area: peak^2 / slope + late peak = area, as the peak stands for a tick.
@@ -78,14 +98,10 @@ void Probe::begin_pulse() noexcept {
   const double most_V = is_return_ ? most_V_ * std::sqrt(kReturnShare) : most_V_;
   peak_V_ = std::min(most_V, std::sqrt(half_V * half_V + slope_V_per_s_ * area_Vs) - half_V);
   hold_s_ = peak_V_ > 0.0 ? std::max(0.0, area_Vs / peak_V_ - peak_V_ / slope_V_per_s_ - late_s) : 0.0;
-  // The drift is extrapolated over the pulse: over a long one from longer means.
-  mean_s_ = std::max(kMean_s, 2.0 * peak_V_ / slope_V_per_s_ + hold_s_);
-  enter(Phase::before);
 }
 
 void Probe::grow() noexcept {
   is_return_ = false;
-  unseen_Vs_ = area_Vs_;
   const double grown_Vs = kGrowth * kGrowth * area_Vs_;
   if (area_Vs_ >= last_Vs_) {
     area_Vs_ = std::min(farthest_Vs_, kGrowth * area_Vs_);
@@ -103,11 +119,13 @@ void Probe::enter(Phase phase) noexcept {
   readings_ = 0;
 }
 
+bool Probe::is_alive() const noexcept { return returns_in_a_row_ >= kAliveReturns; }
+
 double Probe::noise_in() const noexcept { return std::sqrt(variance_in2_); }
 
 double Probe::least_in() const noexcept {
-  // moved = after - just_before - r (just_before - before), each the mean of so many readings
-  const double r = (mean_s_ + kSettling_s + pulse_s_) / mean_s_;
+  // moved = after - before - r drift, each the mean of so many readings
+  const double r = means_across();
   const double squares = 1.0 + (1.0 + r) * (1.0 + r) + r * r;
   return std::max(kSeen_in, kDeviations * noise_in() * std::sqrt(squares * period_s_ / mean_s_));
 }
@@ -135,20 +153,7 @@ double Probe::offset_V(double place_in) noexcept {
       break;
     case Phase::before:
       if (phase_s_ < mean_s_) break;
-      first_in_ = mean_in;
-      enter(Phase::just_before);
-      break;
-    case Phase::just_before:
-      if (phase_s_ < mean_s_) break;
-      second_in_ = mean_in;
-      if (std::abs(second_in_ - first_in_) >
-          std::max(kDrift_in * mean_s_ / kMean_s, kDeviations * noise_in() * std::sqrt(2.0 * period_s_ / mean_s_))) {
-        result_ = Result::drifts;
-      }
-      offset_V_ = 0.0;
-      is_falling_ = false;
-      held_s_ = 0.0;
-      enter(Phase::pulse);
+      compare(mean_in);
       break;
     case Phase::pulse:
       drive();
@@ -158,17 +163,61 @@ double Probe::offset_V(double place_in) noexcept {
       break;
     case Phase::after:
       if (phase_s_ < mean_s_) break;
-      moved_in_ = mean_in - second_in_;
+      after_in_ = mean_in;
+      moved_in_ = (is_return_ ? -direction_ : direction_) * (after_in_ - before_in_ - means_across() * drift_in_);
+      if (std::abs(moved_in_) < least_in()) {
+        judge();
+      } else {
+        enter(Phase::later);
+      }
+      break;
+    case Phase::later: {
+      if (phase_s_ < mean_s_) break;
+      // A drift that changes by itself moves the means, too: half as much again where it changes steadily.
+      const double drift_in = mean_in - after_in_;
+      const double r = means_across();
+      moved_in_ = (is_return_ ? -direction_ : direction_) * (after_in_ - before_in_ - 0.5 * r * (drift_in_ + drift_in));
+      if (std::abs(moved_in_) < r * std::abs(drift_in - drift_in_)) moved_in_ = 0.0;
       judge();
       break;
+    }
   }
   return (is_return_ ? -direction_ : direction_) * offset_V_;
+}
+
+void Probe::compare(double mean_in) noexcept {
+  ++means_;
+  const double change_in = mean_in - before_in_;
+  before_in_ = mean_in;
+  enter(Phase::before);
+  if (means_ == 1) return;
+  const double limit_in =
+      std::max(kDrift_in * mean_s_ / kMean_s, kDeviations * noise_in() * std::sqrt(2.0 * period_s_ / mean_s_));
+  const bool moves = std::abs(change_in) > limit_in;
+  agreeing_ = moves && std::abs(change_in - drift_in_) <= limit_in ? agreeing_ + 1 : 0;
+  is_drifting_ = agreeing_ >= kAgreeing;
+  drift_in_ = change_in;
+  if (moves && !is_drifting_) {
+    unsteady_s_ += mean_s_;
+    if (unsteady_s_ < kUnsteady_s) return;
+    moved_in_ = std::abs(change_in);
+    result_ = Result::unsteady;
+  }
+  if (is_drifting_ && area_Vs_ < std::min(kDrifting_Vs, last_Vs_)) {
+    area_Vs_ = std::min(kDrifting_Vs, last_Vs_);
+    shape_pulse();
+  }
+  offset_V_ = 0.0;
+  is_falling_ = false;
+  held_s_ = 0.0;
+  enter(Phase::pulse);
 }
 
 void Probe::drive() noexcept {
   const double step_V = slope_V_per_s_ * period_s_;
   const double enough_in = std::max(kEnough_in, kDeviations * noise_in() * std::sqrt(period_s_ / (2.0 * kFilter_s)));
-  if (std::abs(filtered_in_ - second_in_) > enough_in) is_falling_ = true;
+  const double drift_in = is_drifting_ ? drift_in_ * (0.5 + phase_s_ / mean_s_) : 0.0;
+  if (std::abs(filtered_in_ - before_in_ - drift_in) > enough_in) is_falling_ = true;
   if (is_falling_) {
     offset_V_ = std::max(0.0, offset_V_ - step_V);
   } else if (offset_V_ < peak_V_) {
@@ -184,40 +233,74 @@ void Probe::drive() noexcept {
 }
 
 void Probe::judge() noexcept {
-  const double drift_in = (second_in_ - first_in_) * (mean_s_ + kSettling_s + pulse_s_) / mean_s_;
-  moved_in_ = (is_return_ ? -direction_ : direction_) * (moved_in_ - drift_in);
   const double least = least_in();
   if (moved_in_ < -2.0 * least) {
     result_ = Result::backwards;
-  } else if (!is_return_ && moved_in_ >= least) {
-    seen_Vs_ = area_Vs_;
+  } else if (is_return_) {
+    judge_return(moved_in_ >= least);
+  } else {
+    judge_pulse(moved_in_ >= least);
+  }
+}
+
+void Probe::judge_pulse(bool is_seen) noexcept {
+  if (is_confirmed_) {
+    is_last_seen_ = is_seen;
+    if (is_seen) seen_V_ = peak_V_;
+    (is_seen ? seen_Vs_ : unseen_Vs_) = area_Vs_;
+    if (seen_Vs_ > unseen_Vs_) {
+      refine();
+      return;
+    }
+    // The least pulse that was seen is not seen again.
+    is_confirmed_ = false;
+    is_seen = false;
+  } else if (is_seen && seen_Vs_ > 0.0) {
+    is_confirmed_ = true;
+    is_last_seen_ = true;
+    unseen_Vs_ = 0.0;
+    refinements_ = 0;
     seen_V_ = peak_V_;
     refine();
-  } else if (seen_Vs_ > 0.0) {
-    unseen_Vs_ = area_Vs_;
-    refine();
-  } else if (!is_return_) {
-    is_return_ = true;
+    return;
+  }
+  seen_Vs_ = is_seen ? area_Vs_ : 0.0;
+  is_return_ = !is_seen || !is_drifting_;
+  begin_pulse();
+}
+
+void Probe::judge_return(bool is_seen) noexcept {
+  returns_in_a_row_ = is_seen ? returns_in_a_row_ + 1 : 0;
+  if (seen_Vs_ > 0.0) {
+    // One motion each way shows as much as two of one way.
+    if (is_seen) returns_in_a_row_ = kAliveReturns;
+    is_return_ = false;
     begin_pulse();
+  } else if (area_Vs_ >= last_Vs_ && returns_in_a_row_ == 1) {
+    begin_pulse();
+  } else if (area_Vs_ >= (is_alive() ? farthest_Vs_ : last_Vs_)) {
+    result_ = Result::unseen;
   } else {
-    is_alive_ = moved_in_ >= least;
-    const double most_Vs = is_alive_ ? farthest_Vs_ : last_Vs_;
-    if (area_Vs_ >= most_Vs) {
-      result_ = Result::unseen;
-    } else {
-      grow();
-    }
+    grow();
   }
 }
 
 void Probe::refine() noexcept {
-  if (refinements_ == kRefinements || unseen_Vs_ <= 0.0) {
+  if (is_drifting_) {
+    result_ = Result::drifts;
+  } else if (unseen_Vs_ <= 0.0 && seen_Vs_ > first_Vs_) {
+    area_Vs_ = std::max(first_Vs_, seen_Vs_ / kDescent);
+    begin_pulse();
+  } else if (unseen_Vs_ > 0.0 && refinements_ < kRefinements && seen_Vs_ > kFineEnough * unseen_Vs_) {
+    ++refinements_;
+    area_Vs_ = std::sqrt(seen_Vs_ * unseen_Vs_);
+    begin_pulse();
+  } else if (!is_last_seen_) {
+    area_Vs_ = seen_Vs_;
+    begin_pulse();
+  } else {
     result_ = Result::seen;
-    return;
   }
-  ++refinements_;
-  area_Vs_ = std::sqrt(seen_Vs_ * unseen_Vs_);
-  begin_pulse();
 }
 
 }  // namespace eha::place

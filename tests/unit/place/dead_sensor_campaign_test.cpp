@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 #include <random>
 #include <string>
 
@@ -74,20 +75,24 @@ config::RigConfig with_drawn_limits(std::mt19937_64& random) {
   return rig;
 }
 
+/// What else happens to a run's rig: nothing.
+void left_alone(Drawn&, std::mt19937_64&) {}
+
 /// Runs a campaign; each run's rig and failure are drawn.
-template <class RigOf, class AtTick>
-Campaign played(int runs, RigOf rig_of, AtTick at_tick) {
+template <class RigOf, class AtTick, class Change>
+Campaign played(int runs, RigOf rig_of, AtTick at_tick, Change change) {
   const auto first = static_cast<unsigned>(number_of("EHA_CAMPAIGN_FIRST", 0));
   const bool says_each = std::getenv("EHA_CAMPAIGN_SAYS") != nullptr;
   Campaign campaign;
   for (unsigned run = first; run < first + static_cast<unsigned>(runs); ++run) {
     std::mt19937_64 random(90'000 + run);
-    const Drawn of_run = right(run);
+    Drawn of_run = right(run);
     const config::RigConfig rig = rig_of(random);
     const hal::InjectedFault fault{.kind = hal::FaultKind::stuck_sensor,
                                    .first_tick = at_tick(random),
                                    .ticks = hal::InjectedFault::kAlways,
                                    .noise_LSB = std::uniform_real_distribution<double>(1.0, 10.0)(random)};
+    change(of_run, random);
     const Measured result = measured(of_run, rig, fault);
     campaign.add(result);
     if (says_each)
@@ -99,7 +104,7 @@ Campaign played(int runs, RigOf rig_of, AtTick at_tick) {
 TEST(DeadSensorCampaign, MovesTheRodLittleWhereTheSensorIsDeadFromTheStart) {
   const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
   const auto at_once = [](auto&) { return std::int64_t{1}; };
-  const Campaign campaign = played(runs, of_the_sample, at_once);
+  const Campaign campaign = played(runs, of_the_sample, at_once, left_alone);
   campaign.print("dead from the start");
   EXPECT_EQ(campaign.hits, 0);
   EXPECT_LE(campaign.way_in, 0.8);
@@ -108,10 +113,62 @@ TEST(DeadSensorCampaign, MovesTheRodLittleWhereTheSensorIsDeadFromTheStart) {
 TEST(DeadSensorCampaign, MovesTheRodNoFartherWithAnotherSlewLimitOrRange) {
   const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
   const auto at_once = [](auto&) { return std::int64_t{1}; };
-  const Campaign campaign = played(runs, with_drawn_limits, at_once);
+  const Campaign campaign = played(runs, with_drawn_limits, at_once, left_alone);
   campaign.print("dead from the start, other limits");
   EXPECT_EQ(campaign.hits, 0);
   EXPECT_LE(campaign.way_in, 0.8);
+}
+
+double drawn_between(std::mt19937_64& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+/// A dead sensor whose reading does something beside: hops once or again and again, settles after the pump's start, or
+/// wanders.
+void disturb(Drawn& rig, std::mt19937_64& random) {
+  const double sign = std::bernoulli_distribution(0.5)(random) ? 1.0 : -1.0;
+  const double size_in = sign * std::exp(drawn_between(random, std::log(0.007), std::log(0.08)));
+  const double at_s =
+      std::bernoulli_distribution(0.5)(random) ? drawn_between(random, 0.4, 1.0) : drawn_between(random, 1.0, 15.0);
+  const double period_s = std::exp(drawn_between(random, std::log(0.3), std::log(10.0)));
+  const double high_s = std::min(0.5 * period_s, drawn_between(random, 0.1, 2.0));
+  switch (std::uniform_int_distribution<int>(0, 3)(random)) {
+    case 0:
+      rig.disturbance = [=](double time_s) { return time_s > at_s ? size_in : 0.0; };
+      break;
+    case 1:
+      rig.disturbance = [=](double time_s) { return std::fmod(time_s, period_s) > high_s ? size_in : 0.0; };
+      break;
+    case 2:
+      rig.disturbance = [=](double time_s) { return size_in * std::expm1(-time_s / (0.2 * period_s)); };
+      break;
+    default:
+      rig.disturbance = [=](double time_s) {
+        return 0.3 * size_in * std::sin(2.0 * std::numbers::pi * time_s / period_s);
+      };
+  }
+}
+
+TEST(DeadSensorCampaign, MovesTheRodLittleWhereTheReadingOfADeadSensorChangesByItself) {
+  const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
+  const auto at_once = [](auto&) { return std::int64_t{1}; };
+  const Campaign campaign = played(runs, of_the_sample, at_once, disturb);
+  campaign.print("dead from the start, disturbed");
+  EXPECT_EQ(campaign.hits, 0);
+  EXPECT_LE(campaign.way_in, 0.8);
+}
+
+void delay_pressure(Drawn& rig, std::mt19937_64& random) { rig.pressure_delay_s = drawn_between(random, 0.5, 15.0); }
+
+TEST(DeadSensorCampaign, KeepsTheRodSlowWhereThePressureIsLateAndTheSensorFreezes) {
+  const int runs = number_of("EHA_CAMPAIGN_RUNS", 300);
+  const auto soon = [](std::mt19937_64& random) {
+    return std::uniform_int_distribution<std::int64_t>(500, 30'000)(random);
+  };
+  const Campaign campaign = played(runs, of_the_sample, soon, delay_pressure);
+  campaign.print("late pressure, freezing soon");
+  EXPECT_LE(campaign.hits, campaign.runs / 100);
+  EXPECT_LE(campaign.way_in, 1.0);
 }
 
 /// Sound rods, from the least slew limit that is armed on.
@@ -140,14 +197,14 @@ std::int64_t on_the_way(std::mt19937_64& random) {
 }
 
 TEST(DeadSensorCampaign, KeepsTheRodSlowWhereTheSensorFreezesOnTheWay) {
-  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), of_the_sample, on_the_way);
+  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), of_the_sample, on_the_way, left_alone);
   campaign.print("freezing on the way");
   EXPECT_LE(campaign.hits, campaign.runs / 100);
   EXPECT_LE(campaign.way_in, 1.0);
 }
 
 TEST(DeadSensorCampaign, KeepsTheRodSlowWithAnotherSlewLimitOrRange) {
-  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), with_drawn_limits, on_the_way);
+  const Campaign campaign = played(number_of("EHA_CAMPAIGN_RUNS", 300), with_drawn_limits, on_the_way, left_alone);
   campaign.print("freezing on the way, other limits");
   EXPECT_LE(campaign.hits, campaign.runs / 100);
   EXPECT_LE(campaign.way_in, 1.0);

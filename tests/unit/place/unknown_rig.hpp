@@ -5,10 +5,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "config/characterisation.hpp"
@@ -56,12 +58,68 @@ class MisscaledRig final : public hal::Rig {
   double about_in_;
 };
 
+/// What is added to the sensor's reading [in] at a time [s].
+using Disturbance = std::function<double(double time_s)>;
+
+class DisturbedRig final : public hal::Rig {
+ public:
+  DisturbedRig(hal::Rig& rig, Disturbance disturbance) : rig_(rig), disturbance_(std::move(disturbance)) {}
+  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
+    const hal::RigStatus status = rig_.read(elapsed_ns, reading);
+    if (disturbance_) reading.displacement_in += disturbance_(1e-9 * static_cast<double>(elapsed_ns));
+    return status;
+  }
+  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
+    return rig_.command(command_V, applied);
+  }
+  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
+  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
+
+ private:
+  hal::Rig& rig_;
+  Disturbance disturbance_;
+};
+
+/// Whose pressure comes late.
+class LatePressureRig final : public hal::Rig {
+ public:
+  LatePressureRig(hal::Rig& rig, double late_s) : rig_(rig), late_s_(late_s) {}
+  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
+    const bool comes = is_enabled_ && !has_pressure_ && elapsed_ns >= static_cast<std::int64_t>(1e9 * late_s_);
+    if (comes) (void)set_pressure(true);
+    return rig_.read(elapsed_ns, reading);
+  }
+  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
+    return rig_.command(command_V, applied);
+  }
+  hal::RigStatus set_enable(bool on) noexcept override {
+    is_enabled_ = on;
+    return set_pressure(on && late_s_ <= 0.0);
+  }
+  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
+
+ private:
+  hal::RigStatus set_pressure(bool on) noexcept {
+    has_pressure_ = on;
+    return rig_.set_enable(on);
+  }
+
+  hal::Rig& rig_;
+  double late_s_;
+  bool is_enabled_ = false;
+  bool has_pressure_ = false;
+};
+
 /// A simulated rig of which nothing is known.
 struct Drawn {
   hal::SimOptions plant;
   double gain_in_per_V_s = 0.0;
   double factor = 1.0;    ///< of the scale
   double about_in = 0.0;  ///< where the sensor is right
+  Disturbance disturbance;
+  double pressure_delay_s = 0.0;
 };
 
 /// A rod of 0.1 to 2 in/(V s) whose sensor's scale is wrong by 0.4 to 2.5.
@@ -118,12 +176,14 @@ inline Measured measured(const Drawn& drawn, const config::RigConfig& rig,
   const double step_s = rig.realtime.sample_period_s;
   const ident::SheetPlan plan = config::characterisation_plan(rig);
   const std::unique_ptr<hal::Rig> sim = hal::open_rig(drawn.plant, limits.safe_V);
-  acquisition::TrueRod rod(*sim);
+  LatePressureRig pressed(*sim, drawn.pressure_delay_s);
+  acquisition::TrueRod rod(pressed);
   std::vector<hal::InjectedFault> faults;
   if (fault) faults.push_back(*fault);
   hal::FaultRig sensed(
       rod, faults, [](std::int64_t) {}, drawn.plant.conversion());
-  MisscaledRig shown(sensed, drawn.factor, drawn.about_in);
+  MisscaledRig scaled(sensed, drawn.factor, drawn.about_in);
+  DisturbedRig shown(scaled, drawn.disturbance);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();

@@ -36,6 +36,51 @@ TEST(UnknownValve, IsHardlyMovedWhereTheSensorIsDeadFromTheStart) {
   }
 }
 
+/// One change of a reading is no motion that volts have caused.
+TEST(UnknownValve, IsHardlyMovedWhereTheReadingOfADeadSensorHopsOrSettles) {
+  for (const double gain : {0.5, 1.4}) {
+    for (const double at_s : {0.5, 0.6, 0.7, 0.75, 0.9, 4.0}) {
+      Drawn rig = rod_of(gain);
+      rig.disturbance = [at_s](double time_s) { return time_s > at_s ? 0.03 : 0.0; };
+      const Measured result = measured(rig, unknown_rig(), stuck_from(1));
+      EXPECT_NE(result.fault, acquisition::Fault::none) << gain << ", hop at " << at_s << " s";
+      EXPECT_LT(result.way_in, 0.35 * gain) << gain << ", hop at " << at_s << " s";
+      EXPECT_LT(result.at_s, 20.0) << gain << ", hop at " << at_s << " s";
+    }
+    for (const double tau_s : {0.5, 1.8}) {
+      Drawn rig = rod_of(gain);
+      rig.disturbance = [tau_s](double time_s) { return 0.09 * std::expm1(-time_s / tau_s); };
+      const Measured result = measured(rig, unknown_rig(), stuck_from(1));
+      EXPECT_NE(result.fault, acquisition::Fault::none) << gain << ", settles with " << tau_s << " s";
+      EXPECT_LT(result.way_in, 0.35 * gain) << gain << ", settles with " << tau_s << " s";
+    }
+  }
+}
+
+/// The volts that moved the rod first are those of the time at which the pressure came.
+TEST(UnknownValve, IsStoppedSoonWhereThePressureIsLateAndTheSensorFreezesThen) {
+  Drawn rig = rod_of(1.2);
+  rig.plant.valve_dead_band_V = 0.47;
+  rig.plant.valve_null_offset_V = 0.18;
+  rig.plant.initial_displacement_in = 3.6;
+  rig.pressure_delay_s = 10.0;
+  const Measured result = measured(rig, unknown_rig(), stuck_from(15'000));
+  EXPECT_EQ(result.fault, acquisition::Fault::no_motion);
+  EXPECT_LT(result.way_in, 0.6);
+  EXPECT_LT(result.impact_in_per_s, 0.1);
+}
+
+/// Open at the safe voltage, either way.
+TEST(UnknownValve, IsFoundWhereTheRodDriftsAtTheSafeVoltage) {
+  for (const double null_V : {0.4, -0.4}) {
+    Drawn rig = rod_of(0.6);
+    rig.plant.valve_dead_band_V = 0.25;
+    rig.plant.valve_null_offset_V = -null_V;
+    const Measured result = measured(rig, unknown_rig());
+    EXPECT_TRUE(result.is_complete) << null_V << ": " << acquisition::to_text(result.fault) << " at " << result.at_s;
+  }
+}
+
 TEST(UnknownValve, IsMovedNoFartherByPulsesOfALowSlewLimitOrAWideRange) {
   for (const double half_range_V : {5.0, 10.0}) {
     for (const double slew_V_per_s : {0.5 * half_range_V, 20.0}) {
@@ -88,6 +133,25 @@ TEST(Probe, TakesNoMotionThatEndsAsItBeginsForThatOfAPulse) {
   for (int k = 0; k < 30'000 && probe.result() == Probe::Result::none; ++k) {
     (void)probe.offset_V(3.0 + 0.006 * std::exp(-k / 60.0));
   }
+  EXPECT_EQ(probe.result(), Probe::Result::unseen);
+}
+
+TEST(Probe, EndsWhereTheReadingIsNeverSteady) {
+  Probe probe(unknown_rig().limits, 1.5, 0.001);
+  probe.begin(1.0);
+  double volts_s = 0.0;
+  for (int k = 0; k < 30'000 && probe.result() == Probe::Result::none; ++k) {
+    volts_s += 0.001 * std::abs(probe.offset_V(k % 300 < 150 ? 3.0 : 3.1));
+  }
+  EXPECT_EQ(probe.result(), Probe::Result::unsteady);
+  EXPECT_LT(volts_s, 0.3);
+}
+
+/// The reading goes on steadily, whatever the volts are.
+TEST(Probe, TakesASteadyDriftForNoMotion) {
+  Probe probe(unknown_rig().limits, 1.5, 0.001);
+  probe.begin(1.0);
+  for (int k = 0; k < 60'000 && probe.result() == Probe::Result::none; ++k) (void)probe.offset_V(3.0 + 1e-4 * k);
   EXPECT_EQ(probe.result(), Probe::Result::unseen);
 }
 
