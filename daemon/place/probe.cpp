@@ -26,7 +26,8 @@ constexpr double kReturnShare = 0.5;  ///< of the pulse's area
 constexpr double kMostReturn_Vs = kReturnShare * kMost_Vs;
 constexpr double kDescent = 5.0;  ///< from a pulse that was seen to the next lesser one
 constexpr int kRefinements = 3;
-constexpr double kFineEnough = 1.3;  ///< greatest that was not seen to least that was, volt-seconds
+constexpr double kFineEnough = 1.3;     ///< greatest that was not seen to least that was, volt-seconds
+constexpr double kRepeatedShare = 0.5;  ///< of the least motion: one that only just was seen would be missed again
 constexpr int kAgreeing = 2;
 constexpr double kDrifting_Vs = 0.003;  ///< the first pulse at a rod that drifts, which leaves no time for lesser ones
 constexpr int kAliveReturns = 2;
@@ -130,6 +131,11 @@ double Probe::least_in() const noexcept {
   return std::max(kSeen_in, kDeviations * noise_in() * std::sqrt(squares * period_s_ / mean_s_));
 }
 
+double Probe::needed_in() const noexcept {
+  const bool is_repeated = !is_return_ && seen_Vs_ > 0.0 && area_Vs_ >= seen_Vs_;
+  return is_repeated ? kRepeatedShare * least_in() : least_in();
+}
+
 double Probe::offset_V(double place_in) noexcept {
   if (has_last_) {
     const double change_in = place_in - last_in_;
@@ -165,7 +171,7 @@ double Probe::offset_V(double place_in) noexcept {
       if (phase_s_ < mean_s_) break;
       after_in_ = mean_in;
       moved_in_ = (is_return_ ? -direction_ : direction_) * (after_in_ - before_in_ - means_across() * drift_in_);
-      if (std::abs(moved_in_) < least_in()) {
+      if (std::abs(moved_in_) < needed_in()) {
         judge();
       } else {
         enter(Phase::later);
@@ -239,7 +245,7 @@ void Probe::judge() noexcept {
   } else if (is_return_) {
     judge_return(moved_in_ >= least);
   } else {
-    judge_pulse(moved_in_ >= least);
+    judge_pulse(moved_in_ >= needed_in());
   }
 }
 
