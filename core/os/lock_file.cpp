@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/os/accountable_user.hpp"
 #include "core/os/files.hpp"
+#include "core/os/users.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::os {
@@ -25,8 +25,7 @@ constexpr mode_t kOthers = S_IRWXG | S_IRWXO;
 
 void require_own(const struct stat& file, const fs::path& path) {
   if (file.st_uid == geteuid()) return;
-  const std::string name = local_user_name(file.st_uid);
-  throw PermissionError(path.string() + ": belongs to " + (name.empty() ? "uid " + std::to_string(file.st_uid) : name) +
+  throw PermissionError(path.string() + ": belongs to " + local_user_text(file.st_uid) +
                         ", who could keep this program from locking it; remove it, or name a folder of your own");
 }
 

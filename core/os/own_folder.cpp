@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/os/accountable_user.hpp"
 #include "core/os/files.hpp"
+#include "core/os/users.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::os {
@@ -111,9 +111,7 @@ void OwnFolder::require_own(const FileDescriptor& file, const fs::path& path) co
   const struct stat facts = facts_of(file, path);
   if (is_changed_only_by(facts, {geteuid(), 0})) return;
   if (facts.st_uid != geteuid() && facts.st_uid != 0) {
-    const std::string name = local_user_name(facts.st_uid);
-    throw PermissionError(path.string() + ": belongs to " +
-                          (name.empty() ? "uid " + std::to_string(facts.st_uid) : name) +
+    throw PermissionError(path.string() + ": belongs to " + local_user_text(facts.st_uid) +
                           ", who could have written anything there; " + remedy_);
   }
   throw PermissionError(path.string() + ": other users may write there; if nobody has: chmod go-w " +

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/os/accountable_user.hpp"
+#include "core/os/users.hpp"
 #include "core/text.hpp"
 #include "daemon/control/socket_address.hpp"
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/os/accountable_user.hpp"
+#include "core/os/users.hpp"
 #include "core/text.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 

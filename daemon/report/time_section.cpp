@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <utility>
 
 #include "core/display_unit.hpp"
 #include "daemon/record/manifest.hpp"
@@ -134,10 +135,15 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   return remark;
 }
 
+/// From the first row to the last. @param table  with rows
+std::pair<double, double> span_of(const identify::FitTable& table) {
+  return {table.time_s.front(), table.time_s.back()};
+}
+
 /// Adds the rig's travel limits that lie near what was measured to the panel of the output.
-void draw_limits(const Subject& subject, std::span<const double> time_s, std::span<const double> measured,
+void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::span<const double> measured,
                  const std::string& unit, plot::Panel& output) {
-  if (time_s.empty() || measured.empty()) return;
+  if (measured.empty()) return;
   const auto [least, greatest] = std::minmax_element(measured.begin(), measured.end());
   const double near = kNearLimit * (*greatest - *least);
   for (const char* key : {"travel_min_in", "travel_max_in"}) {
@@ -146,7 +152,7 @@ void draw_limits(const Subject& subject, std::span<const double> time_s, std::sp
     const double limit = DisplayUnit(unit).factor("in") * limit_in.get<double>();
     if (limit < *least - near || limit > *greatest + near) continue;
     output.series.push_back({.label = fmt::format("travel limit, {:.4g} {}", limit, unit),
-                             .x = {time_s.front(), time_s.back()},
+                             .x = {span_s.first, span_s.second},
                              .y = {limit, limit},
                              .style = plot::kGuideStyle});
   }
@@ -157,14 +163,14 @@ Item of_record(const Subject& subject) {
   const ident::Record& record = *subject.record;
   if (subject.track.time_s.empty()) {
     item.figure = record_figure(record, "Input and output of " + subject.name);
-    std::vector<double> time_s(static_cast<std::size_t>(record.output.size()));
-    for (std::size_t i = 0; i < time_s.size(); ++i) time_s[i] = record.start_s + static_cast<double>(i) * record.step_s;
-    draw_limits(subject, time_s, {record.output.data(), time_s.size()}, record.output_channel.unit,
+    const double last = static_cast<double>(record.output.size() - 1);
+    draw_limits(subject, {record.start_s, record.start_s + last * record.step_s},
+                {record.output.data(), static_cast<std::size_t>(record.output.size())}, record.output_channel.unit,
                 item.figure->panels.front());
   } else {
     item.heading = "Rod, reference and command until the trial ended";
     item.figure = fit_figure(subject.track, {"reference"}, std::nullopt, item.heading + ", " + subject.name);
-    draw_limits(subject, subject.track.time_s, subject.track.measured, subject.track.output.unit,
+    draw_limits(subject, span_of(subject.track), subject.track.measured, subject.track.output.unit,
                 item.figure->panels.front());
   }
   const double range = record.output.maxCoeff() - record.output.minCoeff();
@@ -206,7 +212,8 @@ Section time_section(const Subject& subject) {
                                 : "Measured, models and errors"};
   item.figure = fit_figure(subject.fit, names, is_split ? std::optional(subject.fit.time_s[estimating]) : std::nullopt,
                            "Measured and simulated output over time");
-  draw_limits(subject, subject.fit.time_s, subject.fit.measured, subject.fit.output.unit, item.figure->panels.front());
+  draw_limits(subject, span_of(subject.fit), subject.fit.measured, subject.fit.output.unit,
+              item.figure->panels.front());
   item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);
   section.items.push_back(std::move(item));
   return section;

@@ -276,8 +276,7 @@ void judge_travel(const config::RigConfig& rig, std::vector<std::string>& warnin
   if (travel_in < kLeastTravelShare * shown_in) {
     warnings.push_back(
         fmt::format("limits.travel_min_in..travel_max_in = {:g}..{:g} in, {:.2g} % of the {:.3g} in ({:.3g} mm) that "
-                    "the sensor can "
-                    "show: inches for millimetres? Set the travel of the rig",
+                    "the sensor can show: inches for millimetres? Set the travel of the rig",
                     limits.travel_min_in, limits.travel_max_in, 100.0 * travel_in / shown_in, shown_in,
                     kMillimetresPerInch * shown_in));
   } else if (const double travel_mm = kMillimetresPerInch * travel_in; travel_mm < kLeastTravel_mm) {

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/os/accountable_user.hpp"
+#include "core/os/users.hpp"
 #include "daemon/web/connection_owner.hpp"
 
 namespace eha::web {

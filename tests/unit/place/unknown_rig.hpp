@@ -20,6 +20,7 @@
 #include "hal/faults/fault_rig.hpp"
 #include "hal/sim/sim_rig.hpp"
 #include "tests/unit/acquisition/true_rod.hpp"
+#include "tests/unit/passing_rig.hpp"
 
 // Characterisations of rigs of which nothing is known, with a sensor that is not right: real tick engine, limits,
 // sources and simulated cylinder.
@@ -37,23 +38,16 @@ inline int number_of(const char* variable, int usual) {
 }
 
 /// Shows a rod about a place, as a scale does that is wrong by a factor.
-class MisscaledRig final : public hal::Rig {
+class MisscaledRig final : public test::PassingRig {
  public:
-  MisscaledRig(hal::Rig& rig, double factor, double about_in) : rig_(rig), factor_(factor), about_in_(about_in) {}
-  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  MisscaledRig(hal::Rig& rig, double factor, double about_in) : PassingRig(rig), factor_(factor), about_in_(about_in) {}
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
-    const hal::RigStatus status = rig_.read(elapsed_ns, reading);
+    const hal::RigStatus status = PassingRig::read(elapsed_ns, reading);
     reading.displacement_in = about_in_ + factor_ * (reading.displacement_in - about_in_);
     return status;
   }
-  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
-    return rig_.command(command_V, applied);
-  }
-  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
-  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
 
  private:
-  hal::Rig& rig_;
   double factor_;
   double about_in_;
 };
@@ -61,52 +55,39 @@ class MisscaledRig final : public hal::Rig {
 /// What is added to the sensor's reading [in] at a time [s].
 using Disturbance = std::function<double(double time_s)>;
 
-class DisturbedRig final : public hal::Rig {
+class DisturbedRig final : public test::PassingRig {
  public:
-  DisturbedRig(hal::Rig& rig, Disturbance disturbance) : rig_(rig), disturbance_(std::move(disturbance)) {}
-  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  DisturbedRig(hal::Rig& rig, Disturbance disturbance) : PassingRig(rig), disturbance_(std::move(disturbance)) {}
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
-    const hal::RigStatus status = rig_.read(elapsed_ns, reading);
+    const hal::RigStatus status = PassingRig::read(elapsed_ns, reading);
     if (disturbance_) reading.displacement_in += disturbance_(1e-9 * static_cast<double>(elapsed_ns));
     return status;
   }
-  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
-    return rig_.command(command_V, applied);
-  }
-  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
-  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
 
  private:
-  hal::Rig& rig_;
   Disturbance disturbance_;
 };
 
 /// Whose pressure comes late.
-class LatePressureRig final : public hal::Rig {
+class LatePressureRig final : public test::PassingRig {
  public:
-  LatePressureRig(hal::Rig& rig, double late_s) : rig_(rig), late_s_(late_s) {}
-  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  LatePressureRig(hal::Rig& rig, double late_s) : PassingRig(rig), late_s_(late_s) {}
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
     const bool comes = is_enabled_ && !has_pressure_ && elapsed_ns >= static_cast<std::int64_t>(1e9 * late_s_);
     if (comes) (void)set_pressure(true);
-    return rig_.read(elapsed_ns, reading);
-  }
-  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
-    return rig_.command(command_V, applied);
+    return PassingRig::read(elapsed_ns, reading);
   }
   hal::RigStatus set_enable(bool on) noexcept override {
     is_enabled_ = on;
     return set_pressure(on && late_s_ <= 0.0);
   }
-  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
 
  private:
   hal::RigStatus set_pressure(bool on) noexcept {
     has_pressure_ = on;
-    return rig_.set_enable(on);
+    return PassingRig::set_enable(on);
   }
 
-  hal::Rig& rig_;
   double late_s_;
   bool is_enabled_ = false;
   bool has_pressure_ = false;

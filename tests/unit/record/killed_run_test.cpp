@@ -12,28 +12,22 @@
 
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "tests/unit/passing_rig.hpp"
 #include "tests/unit/record/record_fixture.hpp"
 
 namespace eha::record {
 namespace {
 
 /// A simulated rig that reports the progress of the run to the parent process.
-class CountingRig final : public hal::Rig {
+class CountingRig final : public test::PassingRig {
  public:
-  CountingRig(hal::Rig& rig, std::atomic<std::int64_t>& ticks) : rig_(rig), ticks_(ticks) {}
-  [[nodiscard]] const hal::RigCapabilities& capabilities() const noexcept override { return rig_.capabilities(); }
+  CountingRig(hal::Rig& rig, std::atomic<std::int64_t>& ticks) : PassingRig(rig), ticks_(ticks) {}
   hal::RigStatus read(std::int64_t elapsed_ns, hal::RigReading& reading) noexcept override {
     ticks_.store(elapsed_ns / 1'000'000, std::memory_order_relaxed);
-    return rig_.read(elapsed_ns, reading);
+    return PassingRig::read(elapsed_ns, reading);
   }
-  hal::RigStatus command(double command_V, hal::AppliedCommand& applied) noexcept override {
-    return rig_.command(command_V, applied);
-  }
-  hal::RigStatus set_enable(bool on) noexcept override { return rig_.set_enable(on); }
-  hal::RigStatus make_safe() noexcept override { return rig_.make_safe(); }
 
  private:
-  hal::Rig& rig_;
   std::atomic<std::int64_t>& ticks_;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/os/accountable_user.hpp"
+#include "core/os/users.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "core/os/accountable_user.hpp"
+#include "core/os/users.hpp"
 
 #include <pwd.h>
 
@@ -69,6 +69,11 @@ std::string local_user_name(uid_t uid, const std::filesystem::path& passwd) {
       passwd, [&](const ::passwd& entry) { return entry.pw_uid == uid; },
       [&](const ::passwd& entry) { name = entry.pw_name; });
   return name;
+}
+
+std::string local_user_text(uid_t uid) {
+  std::string name = local_user_name(uid);
+  return name.empty() ? "uid " + std::to_string(uid) : name;
 }
 
 }  // namespace eha::os
