@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <malloc.h>
 #include <sys/stat.h>
 
 #include <csignal>
@@ -52,9 +53,17 @@ ExitCode run_program(int argc, char** argv) {
   }
 }
 
+/// Keeps freed memory for the next array: a fit of 10^7 rows allocates 80 MB hundreds of times, and clearing the pages
+/// anew took a sixth of its time.
+void keep_freed_memory() {
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_freed_memory();
   // Others may not change the files of this program, whatever the shell's umask is.
   constexpr mode_t kOthersWrite = 022;
   umask(umask(kOthersWrite) | kOthersWrite);

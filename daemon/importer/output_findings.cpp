@@ -60,12 +60,16 @@ struct Scale {
 Scale scale_of(std::span<const double> values) {
   std::vector<double> finite;
   std::vector<double> off;
+  finite.reserve(values.size());
   std::copy_if(values.begin(), values.end(), std::back_inserter(finite), [](double x) { return std::isfinite(x); });
+  off.reserve(finite.size());
   for (std::size_t k = 1; k + 1 < finite.size(); ++k) {
     off.push_back(std::abs(finite[k] - 0.5 * (finite[k - 1] + finite[k + 1])));
   }
   if (off.empty()) return {};
-  return {quantile(std::move(off), 0.5), quantile(finite, 0.99) - quantile(finite, 0.01)};
+  const double usual = quantile(std::move(off), 0.5);
+  const double high = quantile(finite, 0.99);
+  return {usual, high - quantile(std::move(finite), 0.01)};
 }
 
 /// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree.

@@ -18,7 +18,7 @@ namespace {
 std::mutex planner;
 // A ladder needs a dozen lengths, each many times.
 constexpr std::size_t kMostKept = 24;
-constexpr std::size_t kMostKeptLength = 100'000'000;  // together
+constexpr std::size_t kMostKeptLength = 8'000'000;  // together, ten bytes each
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "ident/vector_clones.hpp"
 
@@ -48,13 +49,14 @@ void add_four(const double* a, const double* b, const double* taps, std::size_t 
 std::size_t halved_length(std::size_t samples, std::size_t taps) { return (samples + taps) / 2; }
 
 /// out[k] = sum_t taps[t] signal[2 k - t]
-std::vector<double> halved(const std::vector<double>& signal, const std::vector<double>& taps) {
+std::vector<double> halved(std::vector<double> signal, const std::vector<double>& taps) {
   const std::size_t before = taps.size() / 2;
   const std::size_t count = halved_length(signal.size(), taps.size());
   std::vector<double> even(before + count, 0.0);  // signal[2 k]
   std::vector<double> odd(before + count, 0.0);   // signal[2 k - 1]
   for (std::size_t n = 0; n < signal.size(); n += 2) even[before + n / 2] = signal[n];
   for (std::size_t n = 1; n < signal.size(); n += 2) odd[before + (n + 1) / 2] = signal[n];
+  signal = {};  // of 10^7 rows, perhaps
   std::vector<double> out(count, 0.0);
   constexpr std::size_t kBlock = 512;  // stays in the cache for all taps
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
@@ -110,11 +112,12 @@ LowBandSpectrum::FirstHalvings LowBandSpectrum::first_halvings(std::size_t most)
 }
 
 std::vector<Complex> LowBandSpectrum::after(std::size_t halvings, std::vector<double> signal) const {
-  for (std::size_t h = halvings; h < filters_.size(); ++h) signal = halved(signal, filters_[h]);
+  for (std::size_t h = halvings; h < filters_.size(); ++h) signal = halved(std::move(signal), filters_[h]);
   signal.resize(length_, 0.0);
   std::vector<Complex> spectrum(length_ / 2 + 1);
   RealFft(length_).forward(signal, spectrum);
   spectrum.resize(undo_.size());
+  spectrum.shrink_to_fit();  // callers keep it
   for (std::size_t j = 0; j < spectrum.size(); ++j) spectrum[j] *= undo_[j];
   return spectrum;
 }

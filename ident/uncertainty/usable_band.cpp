@@ -17,6 +17,7 @@ namespace {
 constexpr double kCarries = 0.1;    // of the greatest amplitude
 constexpr double kHalfLobe = 1.65;  // of a Hann window's main lobe where it falls to kCarries [1/T]
 constexpr std::size_t kPadding = 4;
+constexpr Eigen::Index kMostPaddedRows = 1'000'000;  // a longer record's bins are narrow enough without
 constexpr Eigen::Index kFewestRows = 8;
 constexpr std::size_t kBandPoints = 200;
 constexpr double kOfNyquist = 0.8;  // above it a held input and the filter leave too little response to measure
@@ -65,7 +66,8 @@ bool is_undetermined(const Model& model) {
 std::optional<FrequencyInterval> excited_band(const Eigen::Ref<const Eigen::VectorXd>& input, double step_s) {
   const Eigen::Index rows = input.size();
   if (rows < kFewestRows) return {};
-  const RealFft fft(fast_length(kPadding * static_cast<std::size_t>(rows)));
+  const std::size_t padding = rows > kMostPaddedRows ? 1 : kPadding;
+  const RealFft fft(fast_length(padding * static_cast<std::size_t>(rows)));
   std::vector<double> signal(fft.length(), 0.0);
   const double mean = input.mean();
   for (Eigen::Index k = 0; k < rows; ++k) {

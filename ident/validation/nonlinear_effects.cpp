@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_output.hpp"
@@ -15,8 +17,13 @@ namespace {
 constexpr double kChange = 1e-6;  // of the range: less is rounding
 constexpr std::array<Eigen::Index, 3> kOutputLags = {0, 1, 3};
 constexpr Eigen::Index kMostWholeRows = 1'000'000;
+constexpr Eigen::Index kFewerRows = 500'000;  // of a longer record
+constexpr Eigen::Index kFewestBlocks = 4;     // a compared row
 
-Eigen::VectorXd about_mean(const Eigen::VectorXd& signal) { return signal.array() - signal.mean(); }
+Eigen::VectorXd about_mean(Eigen::VectorXd signal) {
+  signal.array() -= signal.mean();
+  return signal;
+}
 
 /// Returns the sign of the last change of a signal beyond rounding; 0 before the first such change.
 Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
@@ -38,8 +45,8 @@ Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
 /// the tables of all of its rows would take 200 bytes a row.
 Eigen::VectorXd output_of_every_row(const Model& model, const Record& record) {
   const Eigen::Index rows = record.input.size();
-  const auto every = static_cast<std::size_t>(1 + (rows - 1) / kMostWholeRows);
-  if (every == 1 || model.grey_box) return simulate(model, record.input, record.step_s);
+  if (rows <= kMostWholeRows || model.grey_box) return simulate(model, record.input, record.step_s);
+  const auto every = static_cast<std::size_t>(1 + (rows - 1) / kFewerRows);
   const Comparison comparison = compare_every(static_cast<std::size_t>(rows), every, 0);
   OutputOnRecord fewer(record, comparison);
   const Eigen::VectorXd at = fewer.of(model).total(model);
@@ -55,11 +62,58 @@ Eigen::VectorXd output_of_every_row(const Model& model, const Record& record) {
   return y;
 }
 
+/// Rows of a long record that are averaged before a response of compared rows is computed; 1 for others.
+Eigen::Index averaged_rows(Eigen::Index rows, std::size_t every) {
+  const auto compared = static_cast<Eigen::Index>(every);
+  Eigen::Index most = 1;
+  for (Eigen::Index block = 2; kFewestBlocks * block <= compared; ++block) {
+    if (compared % block == 0) most = block;
+  }
+  return rows > kMostWholeRows ? most : 1;
+}
+
+/// Responses of the model's G at the compared rows. The signals of a long record are averaged over blocks first: what
+/// they lose lies far above the Nyquist frequency of the compared rows.
+class Responses {
+ public:
+  Responses(const Model& model, OutputOnRecord& outputs)
+      : model_(model), outputs_(outputs), block_(averaged_rows(outputs.record().input.size(), of(outputs).every)) {
+    if (block_ == 1) return;
+    const auto parts = static_cast<std::size_t>(block_);
+    const std::size_t every = of(outputs).every / parts;
+    averaged_.step_s = outputs.record().step_s * static_cast<double>(block_);
+    averaged_.input.resize(outputs.record().input.size() / block_);
+    // Compared rows are multiples of `every`, so each begins a block.
+    comparison_ = {of(outputs).first / parts, every, of(outputs).count, antialias_taps(every)};
+    of_blocks_.emplace(averaged_, comparison_);
+  }
+  Responses(const Responses&) = delete;
+  Responses& operator=(const Responses&) = delete;
+
+  [[nodiscard]] Eigen::VectorXd to(Eigen::VectorXd signal) {
+    if (!of_blocks_) return outputs_.response(model_.transfer_function, about_mean(std::move(signal)));
+    const Eigen::Index blocks = signal.size() / block_;
+    Eigen::VectorXd means = signal.head(blocks * block_).reshaped(block_, blocks).colwise().mean().transpose();
+    signal.resize(0);
+    return of_blocks_->response(model_.transfer_function, about_mean(std::move(means)));
+  }
+
+ private:
+  static const Comparison& of(const OutputOnRecord& outputs) { return outputs.comparison(); }
+
+  const Model& model_;
+  OutputOnRecord& outputs_;
+  Eigen::Index block_;
+  Record averaged_;  ///< its length and step alone
+  Comparison comparison_;
+  std::optional<OutputOnRecord> of_blocks_;
+};
+
 /// Collects columns at the compared rows.
 class Columns {
  public:
   Columns(const Model& model, OutputOnRecord& outputs, Eigen::Index first)
-      : model_(model), outputs_(outputs), first_(first) {}
+      : outputs_(outputs), responses_(model, outputs), first_(first) {}
 
   /// The signal's rows, each delayed by a lag.
   template <typename Lags>
@@ -69,8 +123,8 @@ class Columns {
     for (const Eigen::Index lag : lags) push(compared.segment(first_ - lag, rows));
   }
   /// Returns the response of the model's G to the signal.
-  void add_through_plant(const Eigen::VectorXd& signal) {
-    const Eigen::VectorXd output = outputs_.response(model_.transfer_function, about_mean(signal));
+  void add_through_plant(Eigen::VectorXd signal) {
+    const Eigen::VectorXd output = responses_.to(std::move(signal));
     push(output.tail(output.size() - first_));
   }
   [[nodiscard]] NonlinearEffects taken(NonlinearKind kind) {
@@ -85,8 +139,8 @@ class Columns {
     columns_.rightCols(1) = column;
   }
 
-  const Model& model_;
   OutputOnRecord& outputs_;
+  Responses responses_;
   Eigen::Index first_;
   Eigen::MatrixXd columns_;
 };
