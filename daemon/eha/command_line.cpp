@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -152,6 +153,30 @@ std::vector<NamedFile> named_files(const CLI::App& app) {
   return files;
 }
 
+bool is_option_written(const CLI::Option* option) { return option->check_sname("o") && option->count() > 0; }
+
+/// The same file, by whatever name.
+bool is_same_file(const std::string& a, const std::string& b) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(a, ignored) && std::filesystem::equivalent(a, b, ignored);
+}
+
+/// A command that writes over what it reads loses a record that was measured, or a model.
+void refuse_to_overwrite_what_is_read(const CLI::App& app) {
+  for (const CLI::App* sub : app.get_subcommands()) {
+    for (const CLI::Option* written : sub->get_options(is_option_written)) {
+      for (const CLI::Option* read : sub->get_options([&](const CLI::Option* o) { return o != written; })) {
+        for (const std::string& word : read->results()) {
+          if (!is_same_file(written->as<std::string>(), word)) continue;
+          throw UsageError(
+              fmt::format("-o {}: that is the file to be read; name another one", written->as<std::string>()));
+        }
+      }
+    }
+    refuse_to_overwrite_what_is_read(*sub);
+  }
+}
+
 /// A name with line breaks could imitate messages of the program.
 void refuse_ends_of_lines(int argc, const char* const* argv) {
   constexpr std::size_t kShown = 60;
@@ -177,6 +202,7 @@ ParsedLine parse_command_line(int argc, const char* const* argv) {
   try {
     app.parse(is_batch ? static_cast<int>(dashes - argv) : argc, argv);
     line.named_files = named_files(app);
+    refuse_to_overwrite_what_is_read(app);
   } catch (const CLI::CallForHelp&) {
     line.text = app.help();
   } catch (const CLI::CallForVersion&) {

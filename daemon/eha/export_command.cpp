@@ -27,6 +27,7 @@
 #include "ident/export/model_formats.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
@@ -130,7 +131,10 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
                                      : "exact for a held input";
     console.print(fmt::format("written: {} ({}, {} states, {})", command.output->string(), function,
                               ident::state_space(exported.sections).b.size(), accuracy));
-    console.next_step(fmt::format("eha simulate {} INPUT.csv -o OUTPUT.csv", shell_word(command.source)));
+    // The code begins at rest at v = 0; `eha simulate` would begin at the input's first value.
+    const std::string before =
+        ident::begins_at_a_level(model) ? fmt::format(" --input-before={:.10g}", 0.0 - model.input_bias) : "";
+    console.next_step(fmt::format("eha simulate {} INPUT.csv{} -o OUTPUT.csv", shell_word(command.source), before));
   }
   return ExitCode::ok;
 }

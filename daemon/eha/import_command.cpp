@@ -66,13 +66,9 @@ std::string range_text(const ident::Channel& channel, const Eigen::VectorXd& val
 }
 
 ExitCode execute(const ImportCommand& command, Console& console) {
-  std::error_code ignored;
   if (record::is_run_folder(command.file)) {
     throw UsageError(fmt::format("{}: a run, which needs no import; `eha fit {}` reads it as it is", command.file,
                                  shell_word(command.file)));
-  }
-  if (command.output && std::filesystem::equivalent(command.file, *command.output, ignored)) {
-    throw UsageError(fmt::format("-o {}: that is the file to be read; name another one", command.output->string()));
   }
   const importer::Imported imported =
       importer::import_record(command.file, command.import, console.progress_callback());

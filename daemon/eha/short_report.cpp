@@ -196,6 +196,19 @@ std::string errs_beside(const Model& other, const Model& chosen) {
                      has_unseen(chosen) ? " on unseen data" : "");
 }
 
+/// The accepted model with the least error, where that is clearly less than the chosen one's.
+const Model* closest(const std::vector<Model>& models, const Model& chosen) {
+  const Model* best = nullptr;
+  for (const Model& model : models) {
+    if (!model.verdict || !model.verdict->accepted) continue;
+    const double mse = ident::shown_mse(model);
+    const double least =
+        best == nullptr ? ident::shown_mse(chosen) / (ident::kAsWell * ident::kAsWell) : ident::shown_mse(*best);
+    if (mse < least) best = &model;
+  }
+  return best;
+}
+
 /// "the simplest of the 5 models of 14 that describe the record; the runner-up, lag, errs 1.3 times as much
 /// on unseen data".
 /// @param models  of which `chosen` is one
@@ -228,6 +241,10 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
   if (next != nullptr) {
     const std::string word = next->verdict && next->verdict->accepted ? "" : fmt::format(" ({})", grade_text(*next));
     text += fmt::format("; the runner-up, {}{}, {}", next->name, word, errs_beside(*next, chosen));
+  }
+  if (const Model* other = closest(models, chosen)) {
+    text += other == next ? ": simulate with it"
+                          : fmt::format("; {} {}: simulate with it", other->name, errs_beside(*other, chosen));
   }
   if (alike > 1 && recommendation.is_unclear) text += "; " + unclear_choice(recommendation);
   return text;

@@ -64,8 +64,8 @@ std::vector<std::string> notes(const ExportedModel& model) {
   const std::string out = code_text(model.output_unit, 20);
   std::vector<std::string> lines;
   lines.push_back(
-      fmt::format("Model {}: u in {}, y in {}; y = initial_output + G(v), at rest before the first row except for the "
-                  "states given.",
+      fmt::format("Model {}: u in {}, y in {}; y = initial_output + G(v), at rest at v = 0 before the first row except "
+                  "for the states given.",
                   code_text(model.name, 40), in, out));
   lines.push_back(fmt::format("G(s) = ({}) / ({}), delay {:.6g} s", sum(g.numerator), sum(g.denominator), g.delay_s));
   if (model.input_map) {

@@ -115,7 +115,18 @@ TEST(BadFile, NamesAColumnThatIsNotThere) {
   expect_refused(folder, {"fit", "r.csv", "--input", "force"}, ExitCode::usage,
                  {"--input force", "no such column", "2 \"voltage_V\""});
   expect_refused(folder, {"import", "r.csv", "--output", "7"}, ExitCode::usage, {"--output 7", "no such column"});
+}
+
+TEST(BadFile, IsNeverWrittenOverWhereItIsRead) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", sound_record(1000));
+  folder.write("m.json", "{}");
+  std::filesystem::create_symlink("r.csv", folder.path() / "other.csv");
   expect_refused(folder, {"import", "r.csv", "-o", "r.csv"}, ExitCode::usage, {"the file to be read"});
+  expect_refused(folder, {"simulate", "m.json", "r.csv", "-o", "./r.csv"}, ExitCode::usage, {"the file to be read"});
+  expect_refused(folder, {"export", "r.csv", "--format", "csv", "-o", "other.csv"}, ExitCode::usage,
+                 {"the file to be read"});
+  expect_refused(folder, {"report", "m.json", "-o", "m.json"}, ExitCode::usage, {"the file to be read"});
 }
 
 TEST(BadFile, IsARunWhereAFileOrAModelBelongs) {

@@ -109,7 +109,12 @@ TEST(ShortReport, SaysThatTheRunnerUpErrsLessWhereItDoes) {
     return chosen_in(short_report(answer, {}));
   };
   EXPECT_NE(says(0.55).find("next, errs 0.55 times as much on unseen data"), std::string::npos) << says(0.55);
+  EXPECT_NE(says(0.55).find("unseen data: simulate with it"), std::string::npos) << says(0.55);
+  EXPECT_EQ(says(0.8).find("simulate with it"), std::string::npos) << says(0.8);
   EXPECT_NE(says(1.2).find("next, errs 1.2 times as much on unseen data"), std::string::npos) << says(1.2);
+  answer.recommendation.runner_up = "";
+  EXPECT_NE(says(0.55).find("; next errs 0.55 times as much on unseen data: simulate with it"), std::string::npos);
+  answer.recommendation.runner_up = "next";
   for (const double alike : {0.91, 1.09}) EXPECT_NE(says(alike).find("next, errs as little"), std::string::npos);
 }
 
