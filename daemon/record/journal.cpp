@@ -33,6 +33,8 @@ using journal::kMostRecordsPerBlock;
 using journal::u32_at;
 
 constexpr std::string_view kMagic = "EHALOG01";
+constexpr mode_t kOwnerAlone = 0600;
+constexpr mode_t kReaders = 0644;
 constexpr std::uint32_t kLongestText = 64u << 20;  // two configuration files are far shorter
 
 /// A part of a journal with a correct CRC.
@@ -252,13 +254,14 @@ class BlockReader {
 JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header,
                              std::size_t records_per_block, GuardPage* page)
     : path_(path),
-      file_(os::open_file(path, O_RDWR | O_CREAT | O_EXCL)),
+      file_(os::open_file(path, O_RDWR | O_CREAT | O_EXCL, kOwnerAlone)),
       page_(page),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
-  // Only is_being_written() in another process can hold the lock, and only for a moment.
+  // Nobody but the owner can open the file yet. Who could read it could lock it, and keep the run from beginning.
   while (::flock(file_.get(), LOCK_EX) != 0) {
     if (errno != EINTR) os::throw_system_error("lock", path_, errno);
   }
+  open_to_readers_of_folder();
   pending_.reserve(records_per_block_);
   const std::string text = header.dump();
   buffer_.append(kMagic);
@@ -268,6 +271,14 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
   write_out();
   synchronise();
   begin_in_page();
+}
+
+void JournalWriter::open_to_readers_of_folder() const {
+  struct stat folder {};
+  const std::filesystem::path parent = path_.has_parent_path() ? path_.parent_path() : ".";
+  if (::stat(parent.c_str(), &folder) != 0) os::throw_system_error("look at", parent, errno);
+  if (::fchmod(file_.get(), (folder.st_mode & kReaders) | kOwnerAlone) != 0)
+    os::throw_system_error("change the mode of", path_, errno);
 }
 
 JournalWriter::~JournalWriter() {

@@ -61,6 +61,7 @@ class JournalWriter {
  private:
   void write_block();
   void write_out();
+  void open_to_readers_of_folder() const;
   void begin_in_page();
 
   std::filesystem::path path_;

@@ -89,6 +89,23 @@ TEST_F(Journal, GivesBackWhatWasWritten) {
   EXPECT_EQ(facts.torn_bytes, 0u);
 }
 
+TEST_F(Journal, IsReadByWhoMayReadItsFolder) {
+  // Meanwhile it is locked: who could open it before that could keep its run from beginning.
+  using std::filesystem::perms;
+  const std::filesystem::path folder = folder_.path() / "run";
+  std::filesystem::create_directory(folder);
+  const std::vector<std::pair<perms, perms>> cases{
+      {perms{0755}, perms{0644}}, {perms{0750}, perms{0640}}, {perms{0700}, perms{0600}}};
+  for (const auto& [of_folder, of_file] : cases) {
+    std::filesystem::permissions(folder, of_folder);
+    const std::filesystem::path path = folder / "journal";
+    std::filesystem::remove(path);
+    const JournalWriter writer(path, header_, kPerBlock);
+    EXPECT_EQ(std::filesystem::status(path).permissions(), of_file);
+    EXPECT_TRUE(is_being_written(path));
+  }
+}
+
 TEST_F(Journal, ChecksWithTheCrcThatTheStandardNames) {
   // RFC 3720, B.4: 32 bytes of zeros.
   boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc;
