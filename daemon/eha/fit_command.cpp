@@ -176,25 +176,12 @@ void require_own_folder(const FitCommand& command, const Source& source) {
       shell_word(command.output->string() + "-" + fs::path(command.source).stem().string())));
 }
 
-/// Returns the command that fits the part of the record beside an end stop, beside what the reader found, or beside
-/// gaps, if a model met one; none of a record that is cut already.
+/// Returns the command that fits the part of the record that ident::next_step() keeps; none of a record that is cut
+/// already.
 std::optional<std::string> cut_command(const FitCommand& command, const Source& source,
                                        const Identification& identification) {
   if (command.import.from_s || command.import.to_s) return std::nullopt;
-  std::string cut;
-  bool has_gaps = false;
-  for (const identify::IdentifiedModel& one : identification.models) {
-    const ident::Model& model = one.result.model;
-    const bool counts =
-        identification.recommendation.model.empty() || model.name == identification.recommendation.model;
-    const auto given = model.provenance.find(ident::kCutOfRecord);
-    if (counts && cut.empty() && given != model.provenance.end()) cut = given->second;
-    has_gaps =
-        has_gaps || (counts && model.verdict && ident::fails_any(*model.verdict, {ident::CriterionKind::interpolated}));
-  }
-  const auto stop = identify::end_stop_of(identification);
-  if (cut.empty() && stop) cut = ident::cut_options(*stop);
-  if (cut.empty() && has_gaps) cut = importer::cut_options(source.cut.keeps_all() ? source.without_gaps : source.cut);
+  const std::string cut = identify::next_step_of(identification).cut_options;
   if (cut.empty()) return std::nullopt;
   const std::string folder =
       command.output || source.run_folder ? std::string() : " -o " + shell_word(folder_to_offer(command, source));
@@ -215,7 +202,9 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
     if (command.output) return "eha report " + shell_word(command.output->string()) + "/*.json";
   }
   // The part before a trip or a stop is short: recommends its report before a controller.
-  if (best && source.run_folder && !acquisition::is_whole(source.outcome)) {
+  const bool is_whole = acquisition::is_whole(source.outcome);
+  const bool asks_for_more = identify::next_step_of(identification).first != ident::FirstStep::none;
+  if (best && source.run_folder && (!is_whole || asks_for_more)) {
     return report_of_run(*source.run_folder, "eha runs show " + shell_word(source.run_folder->string()));
   }
   if (best && source.run_folder) {
@@ -298,9 +287,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
     return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
   });
   console.end_progress();
-  if (const auto advice = identify::intersample_advice(
-          source, task, identification, importer::command_with(command.import, command.source, "--intersample foh"))) {
-    console.warning(*advice);
+  const ident::FirstStep first = identify::next_step_of(identification).first;
+  if (first != ident::FirstStep::look_at_sensor) {  // what the input does to noise alone is nothing
+    const std::string straight = importer::command_with(command.import, command.source, "--intersample foh");
+    if (const auto advice = identify::intersample_advice(source, task, identification, straight)) {
+      console.warning(*advice);
+    }
   }
   for (const identify::IdentifiedModel& model : identification.models) {
     if (model.result.model.name == identification.recommendation.model) say_map_note(model.result.model, console);
@@ -330,7 +322,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
-  if (const auto next = identify::next_experiment_file(written)) {
+  if (first == ident::FirstStep::look_at_sensor) {
+    console.next_step((source.run_folder ? "eha read" : "eha plot " + shell_word(command.source)));
+  } else if (const auto next = identify::next_experiment_file(written)) {
     const bool is_of_service =
         source.run_folder && entry_of_run(*source.run_folder, control::default_socket()).is_object();
     console.next_step(source.run_folder ? again_as_run(*source.run_folder, next->string(), is_of_service)

@@ -24,8 +24,6 @@
 #include "daemon/report/report.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
-#include "ident/validation/recommendation.hpp"
-#include "ident/validation/record_findings.hpp"
 
 namespace eha::cli {
 
@@ -148,17 +146,21 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   return file;
 }
 
-std::optional<std::string> cut_of_run(const fs::path& folder) {
+ident::NextStep first_of_run(const fs::path& folder) {
   try {
     const Answer answer = answer_of_run(folder, record::read_manifest(folder));
     std::vector<const ident::Model*> models;
     for (const ident::Model& model : answer.models) models.push_back(&model);
-    if (const auto stop = ident::end_stop_of(models, answer.recommendation.model)) {
-      return fmt::format("eha fit {} {}", shell_word(folder.string()), ident::cut_options(*stop));
-    }
+    return ident::next_step(models, answer.recommendation.model);
   } catch (const Error&) {  // a folder that the caller may not read
+    return {};
   }
-  return std::nullopt;
+}
+
+std::optional<std::string> cut_of_run(const fs::path& folder) {
+  const std::string cut = first_of_run(folder).cut_options;
+  if (cut.empty()) return std::nullopt;
+  return fmt::format("eha fit {} {}", shell_word(folder.string()), cut);
 }
 
 namespace {

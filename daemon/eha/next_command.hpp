@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/shell_word.hpp"
+#include "ident/validation/first_step.hpp"
 
 namespace eha::cli {
 
@@ -51,8 +52,10 @@ struct RunCommand;
 /// Returns the file of a run's recommended model; nothing if it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 
-/// `eha fit RUN --to 38.64`, the part of a run beside the end stop of ident::end_stop_of(); none
-/// without one.
+/// What ident::next_step() names first of a run's models; none where the caller may not read them.
+[[nodiscard]] ident::NextStep first_of_run(const std::filesystem::path& folder);
+
+/// `eha fit RUN --to 38.64`, the part of a run that ident::next_step() keeps; none where it cuts nothing.
 [[nodiscard]] std::optional<std::string> cut_of_run(const std::filesystem::path& folder);
 
 /// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing if the run recommends no model.

@@ -242,13 +242,17 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
       console);
   const bool has_changed = warn_of_changed_valve(folder, console);
-  if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
+  const ident::NextStep first = identify::next_step_of(identification);
+  const auto cut = first.cut_options.empty() ? std::nullopt : cut_of_run(folder);
+  if (cut) console.next_step(*cut);
+  if (first.first == ident::FirstStep::look_at_sensor) console.next_step(on_local_rig(command, "eha read", true));
   const auto next = identify::next_experiment_file(written);
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
   if (has_changed && !next) {
     console.next_step(on_local_rig(command, "eha characterise -o rig-new.toml", !command.fast));
-  } else if (const auto tune = tune_of_run(folder, command.rig_file); tune && !next) {
+  } else if (const auto tune = tune_of_run(folder, command.rig_file);
+             tune && !next && first.first == ident::FirstStep::none) {
     console.next_step(*tune);
   }
   return identify::exit_code(identification.models);

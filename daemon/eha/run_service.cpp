@@ -130,6 +130,8 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (code == ExitCode::model_rejected) {
     const auto cut = cut_of_run(folder);
     if (cut) console.next_step(*cut);
+    if (first_of_run(folder).first == ident::FirstStep::look_at_sensor)
+      console.next_step(through(command.socket, "eha read"));
     const std::filesystem::path next = std::filesystem::path(folder) / identify::kNextExperimentFile;
     std::error_code unknown;
     console.next_step(!cut && std::filesystem::exists(next, unknown)
@@ -138,10 +140,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   if (code == ExitCode::ok) {
     const bool has_changed = warn_of_changed_valve(folder, console);
+    if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
     if (has_changed) {
       console.next_step(through(command.socket, "eha characterise -o rig-new.toml"));
-    } else if (const auto tune = tune_of_run(folder)) {
+    } else if (const auto tune = tune_of_run(folder); tune && first_of_run(folder).first == ident::FirstStep::none) {
       console.next_step(*tune);
     }
   }

@@ -254,8 +254,9 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_longer_experiment(source, identification);
     return identification;
   }
-  // Neither other starts nor a longer experiment move a rod off its end stop.
-  if (end_stop_of(identification)) return identification;
+  // Neither other starts nor a longer experiment move a rod off its end stop, or mend a sensor.
+  const ident::FirstStep first = next_step_of(identification).first;
+  if (first != ident::FirstStep::none && first != ident::FirstStep::longer_record) return identification;
 
   std::string reason = identification.recommendation.reason;
   IdentificationTask other = task;
@@ -293,10 +294,10 @@ std::vector<ident::StructureOptions> compared_structures(const IdentificationTas
 
 }  // namespace
 
-std::optional<ident::EndStop> end_stop_of(const Identification& identification) {
+ident::NextStep next_step_of(const Identification& identification) {
   std::vector<const ident::Model*> models;
   for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  return ident::end_stop_of(models, identification.recommendation.model);
+  return ident::next_step(models, identification.recommendation.model);
 }
 
 IdentificationTask task_of(const Source& source) {

@@ -15,6 +15,7 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/ladder.hpp"
 #include "ident/signal/frequency_response.hpp"
+#include "ident/validation/first_step.hpp"
 #include "ident/validation/recommendation.hpp"
 
 namespace eha::identify {
@@ -108,8 +109,8 @@ struct Comparisons {
 
 [[nodiscard]] bool is_accepted(const IdentifiedModel& identified);
 
-/// As ident::end_stop_of(), of its models and recommendation.
-[[nodiscard]] std::optional<ident::EndStop> end_stop_of(const Identification& identification);
+/// As ident::next_step(), of its models and recommendation.
+[[nodiscard]] ident::NextStep next_step_of(const Identification& identification);
 
 /// ok with at least one accepted model, else model_rejected, else (none converged) not_converged.
 [[nodiscard]] ExitCode exit_code(const std::vector<IdentifiedModel>& models);

@@ -53,7 +53,13 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
 }
 
 std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
-  if (task.excited) return task.excited;
+  if (task.excited) {
+    // A run that ended early holds no whole period of the slowest tones.
+    const double length_s = static_cast<double>(task.record.output.size()) * task.record.step_s;
+    ident::FrequencyInterval band = *task.excited;
+    band.lowest_Hz = std::max(band.lowest_Hz, 1.0 / length_s);
+    return band.lowest_Hz < band.highest_Hz ? std::optional(band) : std::nullopt;
+  }
   const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
   if (rows < 1 || result.time_s.size() < rows) return {};
   const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);

@@ -70,7 +70,10 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
 
 void add_longer_experiment(const Source& source, Identification& identification) {
   const ident::Verdict* verdict = verdict_on_recommended(identification);
-  if (verdict == nullptr || !(verdict->judging_part_rests || needs_longer_record(*verdict))) return;
+  if (verdict == nullptr) return;
+  const ident::FirstStep first = next_step_of(identification).first;
+  const bool asks_nothing_else = first == ident::FirstStep::none || first == ident::FirstStep::longer_record;
+  if (!asks_nothing_else || !(verdict->judging_part_rests || first == ident::FirstStep::longer_record)) return;
   identification.next_experiment = longer_experiment(source);
   if (auto& next = identification.next_experiment) {
     next->reason = fmt::format("{} judge {}; {}",

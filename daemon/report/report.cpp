@@ -38,6 +38,13 @@ std::string subtitle(const Subject& subject) {
 }  // namespace
 
 Page page_of(const Subject& subject) {
+  if (subject.next_step().first == ident::FirstStep::look_at_sensor) {
+    // Pictures and remarks of models of noise would say something about them.
+    std::vector<Section> sections{time_section(subject), timing_section(subject), manifest_section(subject)};
+    for (Section& section : sections) section.folded = &section != &sections.front();
+    for (Item& item : sections.front().items) item.remark = {};
+    return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
+  }
   std::vector<Section> sections{time_section(subject), models_section(subject), frequency_section(subject),
                                 step_section(subject), valve_section(subject)};
   // What is looked up, once the first pages have said what to do. Without a model it is what there is to say.

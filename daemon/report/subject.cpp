@@ -133,6 +133,18 @@ std::string written_at(const std::vector<fs::path>& files) {
 
 }  // namespace
 
+ident::NextStep Subject::next_step() const {
+  std::vector<const ident::Model*> all;
+  for (const ReportedModel& reported : models) all.push_back(&reported.model);
+  if (all.empty()) return {};
+  const ident::Model& first = *all.front();
+  return ident::next_step(all, first.verdict && first.verdict->accepted ? first.name : std::string());
+}
+
+bool Subject::is_constant() const {
+  return record && record->output.size() > 0 && !(record->output.maxCoeff() > record->output.minCoeff());
+}
+
 std::vector<const ReportedModel*> Subject::pictured() const {
   std::vector<const ReportedModel*> shown;
   if (!models.empty()) shown.push_back(&models.front());
@@ -155,6 +167,7 @@ Subject load_run(const record::OpenRun& run) {
   Subject subject;
   std::error_code ignored;
   subject.name = run.path().filename().string();
+  subject.folder = fs::absolute(run.path(), ignored).lexically_normal().string();
   const record::Manifest manifest = record::read_manifest(folder);
   // Only the process that writes the run may change run.json.
   if (!manifest.outcome) {

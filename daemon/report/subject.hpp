@@ -13,6 +13,7 @@
 #include "daemon/record/open_run.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
+#include "ident/validation/first_step.hpp"
 
 namespace eha::report {
 
@@ -30,6 +31,7 @@ struct ReportedModel {
 /// Contents of a report, as read from files.
 struct Subject {
   std::string name;                                     ///< of the run, or of the models
+  std::string folder = {};                              ///< of the run, absolute; empty: of model files
   std::string written = {};                             ///< when the newest of the model files was, UTC; of a run empty
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
   std::vector<ReportedModel> models = {};               ///< in the order of ident::table_order()
@@ -46,6 +48,12 @@ struct Subject {
   std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
   std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
   std::vector<std::string> notes = {};          ///< files that should be there and are not
+
+  /// What stands before the use of the models, as terminal and page have it too.
+  [[nodiscard]] ident::NextStep next_step() const;
+
+  /// Whether the output of the record never changes, so that no model was fitted.
+  [[nodiscard]] bool is_constant() const;
 
   /// The models of the pictures: the recommended one and its runner-up; without a runner-up the first two.
   [[nodiscard]] std::vector<const ReportedModel*> pictured() const;

@@ -178,6 +178,10 @@ Item of_record(const Subject& subject) {
                                  record.output.size(), static_cast<double>(record.output.size()) * record.step_s, range,
                                  record.output_channel.unit, record.input.maxCoeff() - record.input.minCoeff(),
                                  record.input_channel.unit);
+  if (subject.is_constant()) {
+    item.remark = {};  // the box says what there is to say
+    return item;
+  }
   item.remark.good = "The output moves through a large part of its travel and touches neither end.";
   const Json& outcome = subject.part("outcome");
   item.remark.to_do = subject.part("experiment", "track").is_string()

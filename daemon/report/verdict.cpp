@@ -10,8 +10,10 @@
 #include <string_view>
 
 #include "core/shell_word.hpp"
+#include "core/time_text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/report/next_text.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "ident/model/engineering_form.hpp"
@@ -67,38 +69,6 @@ std::string limits_html(const ident::Verdict& verdict) {
          list(limits);
 }
 
-/// What to record first where the record is too short to judge the model; empty where it is long enough.
-std::string longer_record(const Subject& subject, const Model& model) {
-  if (!model.verdict || !needs_longer_record(*model.verdict)) return {};
-  const ordered_json& next = subject.part("identification", "next_experiment", "file");
-  const std::string experiment = next.is_string()
-                                     ? "`eha run` with " + next.get<std::string>() + " of this run's folder"
-                                     : std::string("a longer record");
-  return "first " + experiment + ", as this one is too short to judge what is named above; " +
-         std::string(ident::kControllerIsAGuess) + ". Then ";
-}
-
-/// What to do with an accepted model.
-/// @param has_changed  the rig, by its valve sheet
-std::string next_steps(const Subject& subject, const ReportedModel& reported, bool has_changed) {
-  // A name with line breaks could imitate another command.
-  std::string file = reported.file.empty() ? "MODEL.json" : shell_word(reported.file);
-  std::replace_if(
-      file.begin(), file.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
-  std::string text = "Next: ";
-  if (has_changed) {
-    text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
-  } else if (const std::string longer = longer_record(subject, reported.model); !longer.empty()) {
-    text += longer;
-  } else if (subject.manifest) {
-    text += "`eha tune` with this run's folder makes a controller of it and says what the rod will do; ";
-  }
-  return text + fmt::format(
-                    "`eha validate {} RECORD` scores it on another record; `eha export {} --format octave -o plant.m` "
-                    "writes it for another program.",
-                    file, file);
-}
-
 std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
   if (!band) {
@@ -133,9 +103,14 @@ std::string unit_of(const ident::Criterion& criterion, const Model& model) {
   return {};
 }
 
+constexpr std::string_view kProbability = ", p";  // at the end of the words of a test
+
 /// What a model fails in or is not judged in, in few words.
 std::string short_note(const ident::Criterion& criterion) {
-  return criterion.judged ? note_of(criterion) : "not judged: " + words_of(criterion);
+  if (criterion.judged) return note_of(criterion);
+  const std::string words = words_of(criterion);
+  return "not judged: " +
+         words.substr(0, words.ends_with(kProbability) ? words.size() - kProbability.size() : words.size());
 }
 
 /// The first of what a model fails in or is not judged in.
@@ -255,36 +230,44 @@ std::string without_models(const Subject& subject) {
         "`eha tune`.");
   }
   if (outcome == "completed") {
-    html += paragraph(
-        "`eha fit` with this folder fits models; of a run that measured the valve `eha characterise` with this folder "
-        "shows the sheet.");
+    if (!error.is_string()) {
+      html += paragraph(fmt::format(
+          "`eha fit {0}` fits models; of a run that measured the valve `eha characterise {0}` shows the sheet.",
+          folder_word(subject)));
+    } else if (subject.is_constant()) {
+      html += paragraph("Next: `eha read` shows whether the reading follows the rod; once it does, record again.");
+    }
     return box("none", "No model in this run", html);
   }
   html += paragraph(
       is_trial ? fmt::format("It is a controller's trial: no model is fitted to a record in closed loop.{}",
                              subject.trial_changes.empty()
-                                 ? " `eha track` with this folder says what the rod showed of the valve until then."
+                                 ? fmt::format(" `eha track {}` says what the rod showed of the valve until then.",
+                                               folder_word(subject))
                                  : "")
       : !subject.record || subject.record->output.size() == 0
           ? "The run ended before its first row: there is nothing to fit or to draw. Correct what ended it and record "
             "again."
-          : "Correct what ended the run and record again. Only completed runs are fitted automatically: the partial "
-            "record is shown below; `eha fit` with this folder fits it, if it is enough.");
+          : fmt::format(
+                "Correct what ended the run and record again. Only completed runs are fitted automatically: the "
+                "partial record is shown below; `{}` fits it, if it is enough.",
+                fit_of_part(subject)));
+  if (is_trial) {
+    const ordered_json& at_s = subject.part("report", "fault", "at_s");
+    const std::string when = at_s.is_number() ? fmt::format(" at {} s", time_text(at_s.get<double>())) : std::string();
+    html +=
+        paragraph(fmt::format("Next: correct what ended the trial, then play it again with `eha track`; `eha plot {}` "
+                              "shows it until then.",
+                              folder_word(subject)));
+    return box("none",
+               outcome == "faulted" ? fmt::format("The trial tripped{}: the promise is not kept", when)
+                                    : std::string("The trial did not end"),
+               html);
+  }
   return box("none",
              fmt::format("No model: the run ended as \"{}\"",
                          outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
              html);
-}
-
-/// The experiment that a run without a model wrote, where it did.
-std::string next_of_none(const Subject& subject) {
-  const ordered_json& next = subject.part("identification", "next_experiment", "file");
-  if (!next.is_string()) return {};
-  const ordered_json& reason = subject.part("identification", "next_experiment", "reason");
-  return paragraph(
-      fmt::format("Next: what the reasons ask for; `eha run` with {} of this run's folder plays the experiment that "
-                  "the fit wrote{}.",
-                  next.get<std::string>(), reason.is_string() ? ": " + reason.get<std::string>() : std::string()));
 }
 
 /// Why the run of the record ended before its time; empty for one that completed, and without a run.
@@ -297,6 +280,14 @@ std::string early_end(const Subject& subject) {
   // "interrupted by a stop request" needs no "interrupted" before it.
   if (!end.starts_with(word)) end = end.empty() ? word : word + ": " + end;
   return paragraph(fmt::format("The run did not complete ({}); the models are of the part that was recorded.", end));
+}
+
+/// Before the name of a model in the heading: that the run tripped, and when.
+std::string of_part(const Subject& subject) {
+  if (!has_tripped(subject)) return {};
+  const ordered_json& at_s = subject.part("report", "fault", "at_s");
+  return fmt::format("The run tripped{}; of the part before: ",
+                     at_s.is_number() ? fmt::format(" at {} s", time_text(at_s.get<double>())) : "");
 }
 
 }  // namespace
@@ -321,8 +312,17 @@ std::string verdict(const Subject& subject) {
   const ordered_json& accepted = subject.part("identification", "recommendation", "accepted_instead");
   if (accepted.is_string()) reason += paragraph(fmt::format("Not rejected: {}.", accepted.get<std::string>()));
   if (subject.has_recommendation) {
-    return box("some", fmt::format("Recommended model: {} ({})", main.model.name, graded),
+    return box("some",
+               fmt::format("{} {} ({})", has_tripped(subject) ? of_part(subject) + "model" : "Recommended model:",
+                           main.model.name, graded),
                ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
+  }
+  if (subject.next_step().first == ident::FirstStep::look_at_sensor) {
+    const auto still = std::find_if(subject.models.begin(), subject.models.end(), [](const ReportedModel& reported) {
+      return reported.model.verdict && shows_no_motion(reported.model, *reported.model.verdict);
+    });
+    return box("none", of_part(subject) + "No model: the sensor shows no motion",
+               ended + list({still->model.verdict->reasons.front()}) + next_of_none(subject));
   }
   if (grade == Grade::rejected) {
     const std::vector<std::string> none;
@@ -334,11 +334,16 @@ std::string verdict(const Subject& subject) {
     if (main.model.verdict) {
       html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(reasons);
     }
-    return box("none", "No model can be used",
+    return box("none", of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used"),
                html + next_of_none(subject) + remarks_on_record(main.model) + of_rejected(main.model));
   }
   const bool is_alone = subject.models.size() == 1;
-  return box("some", fmt::format("{}: {} ({})", is_alone ? "Model" : "Best model", main.model.name, graded),
+  return box("some",
+             fmt::format("{}{}: {} ({})", of_part(subject),
+                         has_tripped(subject) ? "model"
+                         : is_alone           ? "Model"
+                                              : "Best model",
+                         main.model.name, graded),
              ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
 }
 

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/rest_before_step.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 
@@ -27,8 +28,8 @@ void check_record(const Record& record, const FitOptions& options) {
         fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
   }
   if (is_constant(record.output)) {
-    throw DataError(fmt::format("record: the output is constant at {} {}; a model needs an output that moves",
-                                record.output[0], record.output_channel.unit));
+    throw DataError(fmt::format("record: the output is constant at {} {}: the sensor shows no motion; {}",
+                                record.output[0], record.output_channel.unit, kAgainstNoMotion));
   }
 }
 

@@ -18,6 +18,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/first_step.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -63,6 +64,7 @@ class Reasons {
       : model_(model), verdict_(verdict), cause_(error_cause(model, verdict)) {}
 
   std::vector<std::string> all() {
+    if (shows_no_motion(model_, verdict_)) return {no_motion()};
     // What explains the other reasons comes first.
     about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::converged});
     note_flat_ridge();
@@ -110,6 +112,18 @@ class Reasons {
   }
 
  private:
+  /// The one statement about a sensor that shows nothing: each other one would be about its noise.
+  [[nodiscard]] std::string no_motion() const {
+    return fmt::format(
+        "The sensor shows no motion: the output is plain noise of {} (rms), in which the input has no part; {}.",
+        error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), kAgainstNoMotion);
+  }
+
+  /// Whether a part of the record that is none of the plant is named, which what is left over then shows.
+  [[nodiscard]] bool is_cut_advised() const {
+    return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
+  }
+
   /// A map takes dry friction for a dead band.
   [[nodiscard]] std::string_view friction_in_the_map() const {
     const NonlinearKind kind = model_.validation->tests->nonlinearity->kind;
@@ -121,6 +135,8 @@ class Reasons {
   void about(std::initializer_list<Kind> kinds) {
     for (const Criterion& criterion : verdict_.criteria) {
       if (criterion.passed || std::find(kinds.begin(), kinds.end(), criterion.kind) == kinds.end()) continue;
+      const bool is_of_the_rest = criterion.kind == Kind::residual_whiteness || criterion.kind == Kind::predicted_error;
+      if (is_of_the_rest && is_cut_advised()) continue;
       const std::string text = criterion.judged ? failed(criterion) : not_judged(criterion);
       if (text.empty()) continue;
       const bool rejects = criterion.judged && traits_of(criterion.kind).weight == CriterionWeight::rejects;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/identify/judging.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
 #include "tests/unit/identify/fitted_model.hpp"
@@ -200,6 +201,20 @@ TEST(Identify, LeavesOutThePapersProcedureForStructuresThatThePaperDoesNotHave) 
   const Identification found = identify(source, task_with_one_pole(source), {.paper = Comparisons::Paper::include}, {});
   EXPECT_TRUE(found.paper.empty());
   EXPECT_TRUE(found.warnings.empty());
+}
+
+TEST(UsableBand, BeginsNoLowerThanTheRecordIsLong) {
+  ident::Record record;
+  record.step_s = 0.01;
+  IdentificationTask task{.record = record, .source_name = "test"};
+  task.excited = ident::FrequencyInterval{0.05, 0.65};
+  record.output = Eigen::VectorXd::Zero(5000);
+  EXPECT_DOUBLE_EQ(excited_by(task, {})->lowest_Hz, 0.05);
+  record.output = Eigen::VectorXd::Zero(450);  // of a run that tripped
+  EXPECT_DOUBLE_EQ(excited_by(task, {})->lowest_Hz, 1.0 / 4.5);
+  EXPECT_DOUBLE_EQ(excited_by(task, {})->highest_Hz, 0.65);
+  record.output = Eigen::VectorXd::Zero(100);
+  EXPECT_FALSE(excited_by(task, {}));
 }
 
 }  // namespace

@@ -494,7 +494,7 @@ TEST(Page, OffersTheLongerExperimentOfAShortRecordBeforeAController) {
       {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
   const std::string html = page_of(subject).html;
   EXPECT_EQ(html.find("eha tune"), std::string::npos);
-  EXPECT_NE(html.find("Next: first <code>eha run</code> with next_experiment.toml"), std::string::npos);
+  EXPECT_NE(html.find("Next: first <code>eha run next_experiment.toml</code>"), std::string::npos);
   EXPECT_NE(html.find("Usable band: none"), std::string::npos);
 }
 

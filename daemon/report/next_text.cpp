@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/next_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/shell_word.hpp"
+#include "daemon/report/html.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
+namespace eha::report {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// A command without line breaks, with which a name could imitate another one.
+std::string on_one_line(std::string command) {
+  std::replace_if(
+      command.begin(), command.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
+  return command;
+}
+
+/// `eha run` of the experiment that the fit wrote, as the run was played; empty where it wrote none.
+std::string run_of_next_experiment(const Subject& subject) {
+  const ordered_json& next = subject.part("identification", "next_experiment", "file");
+  if (!next.is_string()) return {};
+  const std::string file = next.get<std::string>();
+  std::string command = "eha run " + (subject.folder.empty() ? file : shell_word(subject.folder + "/" + file));
+  if (subject.part("time_base") == "virtual") {
+    command += " --local --fast";
+    const ordered_json& rig = subject.part("rig", "file");
+    if (rig.is_string() && !rig.get<std::string>().empty()) command += " --rig " + shell_word(rig.get<std::string>());
+  }
+  return "`" + on_one_line(std::move(command)) + "`";
+}
+
+/// What stands before the use of the models, after "Next: "; empty where nothing does.
+std::string first_step(const Subject& subject) {
+  const ident::NextStep next = subject.next_step();
+  switch (next.first) {
+    case ident::FirstStep::look_at_sensor:
+      return "`eha read` shows whether the reading follows the rod; once it does, record again.";
+    case ident::FirstStep::cut:
+      if (next.cut_options.empty()) return "first cut the record as said above, and fit the part that is left.";
+      return subject.folder.empty()
+                 ? fmt::format("first the same `eha fit` with `{}`, the part of the record that shows the plant.",
+                               next.cut_options)
+                 : fmt::format("first `{}`, the part of the record that shows the plant.",
+                               fmt::format("eha fit {} {}", folder_word(subject), next.cut_options));
+    case ident::FirstStep::smaller_amplitude:
+      return "first record with smaller amplitudes, or nearer to mid-travel; a longer record would come to an end of "
+             "the output as well.";
+    case ident::FirstStep::longer_record: {
+      const std::string run = run_of_next_experiment(subject);
+      return fmt::format("first {}, as this one is too short to judge what is named above; {}.",
+                         run.empty() ? "a longer record" : run, ident::kControllerIsAGuess);
+    }
+    case ident::FirstStep::none:
+      break;
+  }
+  return {};
+}
+
+}  // namespace
+
+bool has_tripped(const Subject& subject) { return subject.part("outcome") == "faulted"; }
+
+std::string folder_word(const Subject& subject) {
+  return subject.folder.empty() ? std::string("RUN") : on_one_line(shell_word(subject.folder));
+}
+
+std::string fit_of_part(const Subject& subject) {
+  const ordered_json& discard_s = subject.part("experiment", "record", "discard_s");
+  const double length_s =
+      subject.record ? static_cast<double>(subject.record->output.size()) * subject.record->step_s : 0.0;
+  const bool is_discarded = discard_s.is_number() && discard_s.get<double>() >= length_s;
+  return "eha fit " + folder_word(subject) + (is_discarded ? " --discard 0" : "");
+}
+
+std::string next_steps(const Subject& subject, const ReportedModel& reported, bool has_changed) {
+  std::string file = reported.file.empty() ? "MODEL.json" : reported.file;
+  if (!reported.file.empty() && !subject.folder.empty()) file = subject.folder + "/" + file;
+  file = on_one_line(shell_word(file));
+  std::string text = "Next: ";
+  const std::string first = first_step(subject);
+  if (has_tripped(subject)) text += "correct what ended the run; ";
+  if (has_changed) {
+    text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
+  } else if (!first.empty()) {
+    text += first + " Then ";
+  } else if (subject.manifest) {
+    text += fmt::format("`{}` makes a controller of it and says what the rod will do; ",
+                        "eha tune " + folder_word(subject));
+  }
+  return text + fmt::format(
+                    "`eha validate {} RECORD` scores it on another record; `eha export {} --format octave -o plant.m` "
+                    "writes it for another program.",
+                    file, file);
+}
+
+std::string next_of_none(const Subject& subject) {
+  if (const std::string first = first_step(subject); !first.empty()) return paragraph("Next: " + first);
+  const std::string run = run_of_next_experiment(subject);
+  if (run.empty()) return {};
+  const ordered_json& reason = subject.part("identification", "next_experiment", "reason");
+  return paragraph(fmt::format("Next: what the reasons ask for; {} plays the experiment that the fit wrote{}.", run,
+                               reason.is_string() ? ": " + reason.get<std::string>() : std::string()));
+}
+
+}  // namespace eha::report

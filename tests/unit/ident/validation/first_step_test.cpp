@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/first_step.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+#include "tests/unit/ident/validation/good_model.hpp"
+
+namespace eha::ident {
+namespace {
+
+/// A judged model of this name.
+Model judged(Model model) {
+  model.name = "io";
+  model.verdict = judge(model, {});
+  return model;
+}
+
+Model at_a_stop() {
+  Model model = good_model();
+  model.validation->end_stop = EndStop{.level = 5.7, .from_s = 28.0, .percent = 1.4, .clean_to_s = 27.68};
+  return model;
+}
+
+/// A model of a record whose output is noise alone.
+Model of_noise() {
+  Model model = good_model();
+  model.estimation->score.r2_percent = 0.2;
+  model.validation->score.r2_percent = -0.6;
+  return model;
+}
+
+TEST(NextStep, CutsBeforeItRecordsLonger) {
+  Model model = at_a_stop();
+  model.validation->tests = ResidualTests{1, {20.0, 21, 0.5}, {19.0, 19, 0.5}};
+  model.validation->score.samples = 12;  // too few to judge
+  model = judged(model);
+  ASSERT_TRUE(needs_longer_record(*model.verdict));
+  const NextStep next = next_step({&model}, "io");
+  EXPECT_EQ(next.first, FirstStep::cut);
+  EXPECT_EQ(next.cut_options, "--to 27.68");
+  model.validation->end_stop.reset();
+  model = judged(model);
+  EXPECT_EQ(next_step({&model}, "io").first, FirstStep::longer_record);
+  model.validation->saturated_percent = 3.0;
+  model = judged(model);
+  EXPECT_EQ(next_step({&model}, "io").first, FirstStep::smaller_amplitude);
+  model.provenance[kCutOfRecord] = "--from 3";
+  EXPECT_EQ(next_step({&model}, "io").cut_options, "--from 3") << "as the record's remarks have it";
+  model.provenance.clear();
+  model.validation->saturated_percent.reset();
+  model.validation->jump = ErrorJump{.time_s = 2.0, .change = 0.3};
+  model = judged(model);
+  EXPECT_EQ(next_step({&model}, "io").first, FirstStep::cut);
+}
+
+TEST(NextStep, IsNoneForAGoodModelAndAnotherModelsStop) {
+  const Model good = judged(good_model());
+  EXPECT_EQ(next_step({&good}, "io").first, FirstStep::none);
+  Model other = judged(at_a_stop());
+  other.name = "fo";
+  EXPECT_EQ(next_step({&good, &other}, "io").first, FirstStep::none);
+  EXPECT_EQ(next_step({&good, &other}, "").first, FirstStep::cut) << "none is recommended";
+}
+
+TEST(NextStep, LooksAtASensorThatShowsNoiseAlone) {
+  const Model model = judged(of_noise());
+  EXPECT_EQ(next_step({&model}, "").first, FirstStep::look_at_sensor);
+  ASSERT_EQ(model.verdict->reasons.size(), 1U) << "one statement";
+  EXPECT_EQ(model.verdict->reasons[0].rfind("The sensor shows no motion", 0), 0U) << model.verdict->reasons[0];
+  EXPECT_NE(model.verdict->reasons[0].find("`eha read`"), std::string::npos);
+  Model answering = of_noise();
+  answering.estimation->score.r2_percent = 40.0;
+  EXPECT_FALSE(shows_no_motion(judged(answering), *judged(answering).verdict));
+  Model wandering = of_noise();
+  wandering.validation->ljung_box_p = 1e-9;
+  EXPECT_FALSE(shows_no_motion(judged(wandering), *judged(wandering).verdict)) << "the output moves of itself";
+}
+
+TEST(Verdict, AddsNothingElseThatMovesTheOutputToANamedEndStop) {
+  const auto says_something = [](const Model& model) {
+    const Model one = judged(model);
+    return std::any_of(one.verdict->reasons.begin(), one.verdict->reasons.end(), [](const std::string& reason) {
+      return reason.rfind("Something that is not the input", 0) == 0;
+    });
+  };
+  Model model = good_model();
+  model.validation->tests = ResidualTests{1, {20.0, 21, 0.5}, {190.0, 19, 1e-9}};
+  EXPECT_TRUE(says_something(model));
+  model.validation->end_stop = EndStop{.level = 5.7, .from_s = 28.0, .percent = 1.4, .clean_to_s = 27.68};
+  EXPECT_FALSE(says_something(model)) << "the stop explains it";
+  model.validation->end_stop.reset();
+  model.validation->saturated_percent = 3.0;
+  EXPECT_FALSE(says_something(model)) << "the saturation explains it";
+}
+
+}  // namespace
+}  // namespace eha::ident
