@@ -76,6 +76,7 @@ void Loop::play() noexcept {
   if (!clock_.is_virtual()) usage.read_into(usage_);
   report_.counters = counters();
   report_.fault = engine_.fault();
+  report_.experiment_ns = engine_.experiment_ns();
   report_.travel = engine_.travel();
   report_.velocity = engine_.velocity();
   report_.safe_confirmed = engine_.safe_confirmed();

@@ -201,7 +201,7 @@ std::vector<std::string> warnings(const RunReport& report, RunKind kind) {
   const auto add = [&](const Margin& margin, Fault trip, const char* limit, const char* remedy) {
     if (margin.share <= kWarningShare || report.fault.fault == trip) return;
     sentences.push_back(fmt::format("the run came to {:.0f} % of {} at {:.3f} s, 100 % stops it; {}",
-                                    100.0 * margin.share, limit, static_cast<double>(margin.at_ns) * 1e-9, remedy));
+                                    100.0 * margin.share, limit, record_s(report, margin.at_ns), remedy));
   };
   add(report.travel, Fault::travel_limit, "the way to a travel limit, stopping distance included",
       "lower the excitation or start nearer to mid-travel");
@@ -212,8 +212,8 @@ std::vector<std::string> warnings(const RunReport& report, RunKind kind) {
 std::string describe(const RunReport& report, const DisplayUnit& unit) {
   std::string text;
   if (report.fault.fault != Fault::none) {
-    text = fmt::format("{} at {:.3f} s: {}", to_text(report.fault.fault),
-                       static_cast<double>(report.fault.at_ns) * 1e-9, describe_fault(report.fault, unit));
+    text = fmt::format("{} at {:.3f} s: {}", to_text(report.fault.fault), record_s(report, report.fault.at_ns),
+                       describe_fault(report.fault, unit));
   } else if (report.outcome == Outcome::interrupted) {
     text = "interrupted by a stop request; the command was ramped out";
   } else if (report.outcome == Outcome::write_failed) {

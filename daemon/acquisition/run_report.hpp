@@ -77,12 +77,21 @@ struct RunReport {
   bool safe_confirmed = false;  ///< the device acknowledged the safe voltage and the enable off
   std::uint32_t stops_seen = 0;
   LoopCounters counters;
+  /// First row of the experiment, at which the time of its record is 0, from the run's first tick [ns]; 0: never
+  /// reached.
+  std::int64_t experiment_ns = 0;
   Margin travel;        ///< on the way from mid-travel to a travel limit, stopping distance included
   Margin velocity;      ///< of the velocity limit
   Histogram latency;    ///< wake-up lateness
   Histogram execution;  ///< duration of a tick's work
   RealtimeFacts realtime;
 };
+
+/// A time of a report as the record of the run counts it [s]: from the first row of the experiment, the ramp before
+/// being negative; from the run's first tick if that row was never reached.
+[[nodiscard]] inline double record_s(const RunReport& report, std::int64_t at_ns) noexcept {
+  return static_cast<double>(at_ns - report.experiment_ns) * kSecondsPerNanosecond;
+}
 
 /// "completed", "write_failed", ...
 [[nodiscard]] std::string_view to_text(Outcome outcome) noexcept;

@@ -61,6 +61,10 @@ class TickEngine {
   [[nodiscard]] bool sink_failed() const noexcept { return sink_failed_; }
   [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
+  /// First running tick, from the run's first tick [ns]; 0 before it.
+  [[nodiscard]] std::int64_t experiment_ns() const noexcept {
+    return static_cast<std::int64_t>(first_row_) * period_ns_;
+  }
   [[nodiscard]] const LoopCounters& counters() const noexcept { return counters_; }
   [[nodiscard]] double velocity_in_per_s() const noexcept { return limits_monitor_.velocity_in_per_s(); }
   /// Whether the auxiliary contact was closed at the last good reading.

@@ -50,9 +50,10 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlotFooter = R"(
 What is drawn:
-  run                 over time the measured output with the recommended model and its runner-up, their errors, the input
+  run                 over time the measured output with the recommended model and its runner-up, their errors (measured
+                      less model), the input; right of a dashed line nothing was estimated, and a trip is marked
   fit.csv             the same with the two models of least error
-  run of `eha track`  over time reference and rod, the error, the command
+  run of `eha track`  over time reference and rod, the error (rod less reference), the command; a trip is marked
   record              output and input over time; --period for one without times, as for `eha import`
   another table       its columns over the first one
   model               gain and phase over frequency, with 95 % bounds (narrow ones are hidden by the line) within the
@@ -109,9 +110,13 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
   for (const report::ReportedModel* reported : subject.pictured()) {
     if (subject.fit.find(reported->model.name) != nullptr) names.push_back(reported->model.name);
   }
-  if (!names.empty()) return report::fit_figure(subject.fit, names, std::nullopt, subject.name);
-  if (!subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");
-  return report::record_figure(*subject.record, subject.name);
+  if (names.empty() && !subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");
+  plot::Figure figure = names.empty() ? report::record_figure(*subject.record, subject.name)
+                                      : report::fit_figure(subject.fit, names, subject.split_s(), subject.name);
+  const auto trip_s = subject.trip_s();
+  if (trip_s && !names.empty() && subject.record) report::add_rest(figure, subject.fit, *subject.record);
+  if (trip_s) report::mark_trip(figure, *trip_s);
+  return figure;
 }
 
 plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {

@@ -110,7 +110,8 @@ tune::TrialTrace trace_of(const track::TrackResult& result) {
           .reference_in = result.mean_reference_in,
           .rod_in = result.mean_rod_in,
           .command_V = result.rows.command_V,
-          .sweep_s = result.sweep_s};
+          .sweep_s = result.sweep_s,
+          .trip_s = result.trip_s};
 }
 
 report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit, const std::string& title,
@@ -150,7 +151,9 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
     }
     if (files == TrackFiles::write) {
       track::write_ended_track(run, sheet ? sheet::leak_of(*sheet, DisplayUnit("in")) : std::string());
+      for (const std::string& missing : report::write_into_run(run, console.unit(rig_units))) console.warning(missing);
     }
+    console.next_step(report_of_run(folder, "eha plot " + shell_word(folder.string())));
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }

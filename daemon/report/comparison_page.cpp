@@ -227,7 +227,7 @@ Item models_on_record_item(const std::vector<ComparedSubject>& subjects) {
   const std::string& unit = first.model.output_unit;
   Item item{.heading = "Measured output, the models on it, and their errors"};
   plot::Panel output{.x_label = "", .y_label = axis_label({"output", unit})};
-  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error", unit})};
+  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error, measured - model", unit})};
   output.series.push_back(curve_of(first.time_s, first.measured, "measured", 0));
   int style = 1;
   for (const ComparedSubject& subject : subjects) {
@@ -248,7 +248,7 @@ Item models_on_record_item(const std::vector<ComparedSubject>& subjects) {
 Item records_item(const std::vector<ComparedSubject>& subjects) {
   const std::string& unit = subjects.front().model.output_unit;
   plot::Panel output{.x_label = "", .y_label = axis_label({"measured", unit})};
-  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error", unit})};
+  plot::Panel error{.x_label = "time [s]", .y_label = axis_label({"error, measured - model", unit})};
   Item item{.heading = "Measured output, and the error of each model on its record"};
   int style = 1;
   for (const ComparedSubject& subject : subjects) {

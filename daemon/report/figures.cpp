@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "core/time_text.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "ident/fractional/poles.hpp"
 
@@ -25,6 +26,7 @@ using std::numbers::pi;
 constexpr double kMargin = 0.08;  // of a range, beyond the least and the greatest value
 constexpr int kArcPoints = 90;
 constexpr int kMostRings = 3;
+constexpr int kTripStyle = 3;
 
 Series curve(std::span<const double> x, std::span<const double> y, const std::string& label, int style) {
   plot::Points points = plot::envelope(x, y);
@@ -194,7 +196,7 @@ plot::Figure record_figure(const ident::Record& record, const std::string& title
 plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::string>& models,
                         const std::optional<double>& split_s, const std::string& title) {
   Panel output{.x_label = "", .y_label = axis_label(table.output)};
-  Panel error{.x_label = "", .y_label = axis_label({"error", table.output.unit})};
+  Panel error{.x_label = "", .y_label = axis_label({"error, measured - model", table.output.unit})};
   Panel input{.x_label = "time [s]", .y_label = axis_label(table.input)};
   output.series.push_back(curve(table.time_s, table.measured, "measured", 0));
   int style = 1;
@@ -211,6 +213,51 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
     for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
   }
   return {.title = title, .panels = {std::move(output), std::move(error), std::move(input)}};
+}
+
+void mark_trip(plot::Figure& figure, double trip_s) {
+  for (Panel& panel : figure.panels) {
+    double first = trip_s;
+    double last = trip_s;
+    double least = std::numeric_limits<double>::infinity();
+    double greatest = -least;
+    for (const Series& series : panel.series) {
+      for (const double x : series.x) {
+        first = std::min(first, x);
+        last = std::max(last, x);
+      }
+      for (const double y : series.y) {
+        if (!std::isfinite(y)) continue;
+        least = std::min(least, y);
+        greatest = std::max(greatest, y);
+      }
+    }
+    panel.x_range = std::pair(first, last + kMargin * (last - first));
+    if (&panel != &figure.panels.front() || !(least <= greatest)) {
+      panel.rules.push_back({.at = trip_s, .vertical = true});
+      continue;
+    }
+    panel.series.push_back({.label = fmt::format("trip at {} s", time_text(trip_s)),
+                            .x = {trip_s, trip_s},
+                            .y = {least, greatest},
+                            .style = kTripStyle});
+  }
+}
+
+void add_rest(plot::Figure& figure, const identify::FitTable& table, const ident::Record& record) {
+  if (table.time_s.empty()) return;
+  std::vector<double> time_s{table.time_s.back()};
+  std::vector<double> output{table.measured.back()};
+  std::vector<double> input{table.applied.back()};
+  for (Eigen::Index k = 0; k < record.output.size(); ++k) {
+    const double at_s = record.start_s + static_cast<double>(k) * record.step_s;
+    if (at_s <= table.time_s.back()) continue;
+    time_s.push_back(at_s);
+    output.push_back(record.output[k]);
+    input.push_back(record.input[k]);
+  }
+  figure.panels.front().series.push_back(curve(time_s, output, "", 0));
+  figure.panels.back().series.push_back(curve(time_s, input, "", 1));
 }
 
 plot::Figure fit_table_figure(const identify::FitTable& table, const std::string& title) {

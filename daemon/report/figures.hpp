@@ -76,6 +76,13 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 /// band; marks dead band and null of the last one.
 [[nodiscard]] plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high);
 
+/// Marks where a fault ended the run, and goes on a little beyond it.
+/// @param trip_s  on the time axis of the figure
+void mark_trip(plot::Figure& figure, double trip_s);
+
+/// Adds the rows of a record behind the last one of a fit_figure(), which a decimation leaves out.
+void add_rest(plot::Figure& figure, const identify::FitTable& table, const ident::Record& record);
+
 /// Draws a correlation function as stems, with its 95 % and 99 % bounds.
 [[nodiscard]] plot::Panel correlation_panel(const ident::Correlation& correlation, const std::string& y_label);
 

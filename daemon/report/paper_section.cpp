@@ -76,7 +76,7 @@ plot::Figure output_figure(const identify::FitTable& table, const identify::FitC
 }
 
 plot::Figure error_figure(const identify::FitTable& table) {
-  plot::Panel panel{.x_label = "time [s]", .y_label = axis_label({"error", table.output.unit})};
+  plot::Panel panel{.x_label = "time [s]", .y_label = axis_label({"error, measured - model", table.output.unit})};
   int style = 1;
   for (const identify::FitColumn& column : table.models) {
     std::vector<double> error(table.measured.size());

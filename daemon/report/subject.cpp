@@ -141,6 +141,21 @@ ident::NextStep Subject::next_step() const {
   return ident::next_step(all, first.verdict && first.verdict->accepted ? first.name : std::string());
 }
 
+std::optional<double> Subject::trip_s() const {
+  const Json& at_s = part("report", "fault", "at_s");
+  return part("outcome") == "faulted" && at_s.is_number() ? std::optional(at_s.get<double>()) : std::nullopt;
+}
+
+std::optional<double> Subject::split_s() const {
+  for (const ReportedModel* reported : pictured()) {
+    if (fit.find(reported->model.name) == nullptr) continue;
+    const std::size_t estimating = reported->model.estimation ? reported->model.estimation->score.samples : 0;
+    if (estimating == 0 || estimating >= fit.time_s.size()) return std::nullopt;
+    return fit.time_s[estimating];
+  }
+  return std::nullopt;
+}
+
 bool Subject::is_constant() const {
   return record && record->output.size() > 0 && !(record->output.maxCoeff() > record->output.minCoeff());
 }
@@ -194,6 +209,13 @@ Subject load_run(const record::OpenRun& run) {
   subject.reason = text_of(subject.part("identification", "recommendation", "reason"));
   sort_models(subject, {.model = text_of(subject.part("identification", "recommendation", "model")),
                         .runner_up = text_of(subject.part("identification", "recommendation", "runner_up"))});
+  if (!subject.fit.time_s.empty() && subject.trip_s()) {
+    try {
+      subject.record = record::read_run(run).record;
+    } catch (const DataError& error) {
+      subject.notes.emplace_back(error.what());
+    }
+  }
   if (subject.fit.time_s.empty()) {
     if (!identification.is_null() && !subject.models.empty()) {
       subject.notes.push_back(

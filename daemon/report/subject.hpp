@@ -43,7 +43,7 @@ struct Subject {
   identify::FitTable fit = {};                          ///< empty: no fit.csv
   identify::FitTable paper_fit = {};                    ///< empty: no fit_paper.csv
   std::optional<record::NumberTable> response = {};     ///< frequency_response.csv
-  std::optional<ident::Record> record = {};             ///< of a run without fit.csv
+  std::optional<ident::Record> record = {};             ///< of a run without fit.csv, or that a fault ended
   identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
   std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
   std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
@@ -51,6 +51,12 @@ struct Subject {
 
   /// What stands before the use of the models, as terminal and page have it too.
   [[nodiscard]] ident::NextStep next_step() const;
+
+  /// When a fault ended the run, in times of its record; none where none did.
+  [[nodiscard]] std::optional<double> trip_s() const;
+
+  /// Where in `fit` the part begins that estimated nothing of the first model drawn; none where there is no such part.
+  [[nodiscard]] std::optional<double> split_s() const;
 
   /// Whether the output of the record never changes, so that no model was fitted.
   [[nodiscard]] bool is_constant() const;

@@ -170,9 +170,11 @@ Item of_record(const Subject& subject) {
   } else {
     item.heading = "Rod, reference and command until the trial ended";
     item.figure = fit_figure(subject.track, {"reference"}, std::nullopt, item.heading + ", " + subject.name);
+    item.figure->panels[1].y_label = axis_label({"error, rod - reference", subject.track.output.unit});
     draw_limits(subject, span_of(subject.track), subject.track.measured, subject.track.output.unit,
                 item.figure->panels.front());
   }
+  if (const auto trip_s = subject.trip_s()) mark_trip(*item.figure, *trip_s);
   const double range = record.output.maxCoeff() - record.output.minCoeff();
   item.remark.seen = fmt::format("{} rows over {:.4g} s; the output moves over {:.3g} {}, the input over {:.3g} {}.",
                                  record.output.size(), static_cast<double>(record.output.size()) * record.step_s, range,
@@ -211,13 +213,14 @@ Section time_section(const Subject& subject) {
   if (first == nullptr) return section;
   const std::size_t estimating =
       first->estimation ? std::min(first->estimation->score.samples, subject.fit.time_s.size()) : 0;
-  const bool is_split = estimating > 0 && estimating < subject.fit.time_s.size();
-  Item item{.heading = is_split ? "Measured, models and errors; right of the dashed line nothing was estimated"
-                                : "Measured, models and errors"};
-  item.figure = fit_figure(subject.fit, names, is_split ? std::optional(subject.fit.time_s[estimating]) : std::nullopt,
-                           "Measured and simulated output over time");
+  const std::optional<double> split_s = subject.split_s();
+  Item item{.heading = split_s ? "Measured, models and errors; right of the dashed line nothing was estimated"
+                               : "Measured, models and errors"};
+  item.figure = fit_figure(subject.fit, names, split_s, "Measured and simulated output over time");
   draw_limits(subject, span_of(subject.fit), subject.fit.measured, subject.fit.output.unit,
               item.figure->panels.front());
+  if (subject.trip_s() && subject.record) add_rest(*item.figure, subject.fit, *subject.record);
+  if (const auto trip_s = subject.trip_s()) mark_trip(*item.figure, *trip_s);
   item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);
   section.items.push_back(std::move(item));
   return section;

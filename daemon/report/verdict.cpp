@@ -253,8 +253,7 @@ std::string without_models(const Subject& subject) {
                 "partial record is shown below; `{}` fits it, if it is enough.",
                 fit_of_part(subject)));
   if (is_trial) {
-    const ordered_json& at_s = subject.part("report", "fault", "at_s");
-    const std::string when = at_s.is_number() ? fmt::format(" at {} s", time_text(at_s.get<double>())) : std::string();
+    const std::string when = subject.trip_s() ? fmt::format(" at {} s", time_text(*subject.trip_s())) : std::string();
     html +=
         paragraph(fmt::format("Next: correct what ended the trial, then play it again with `eha track`; `eha plot {}` "
                               "shows it until then.",
@@ -285,9 +284,8 @@ std::string early_end(const Subject& subject) {
 /// Before the name of a model in the heading: that the run tripped, and when.
 std::string of_part(const Subject& subject) {
   if (!has_tripped(subject)) return {};
-  const ordered_json& at_s = subject.part("report", "fault", "at_s");
   return fmt::format("The run tripped{}; of the part before: ",
-                     at_s.is_number() ? fmt::format(" at {} s", time_text(at_s.get<double>())) : "");
+                     subject.trip_s() ? fmt::format(" at {} s", time_text(*subject.trip_s())) : "");
 }
 
 }  // namespace

@@ -264,7 +264,7 @@ TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig&
   for (Eigen::Index k = 1; before + k < y.size(); ++k) {
     const double reading_in = y[before + k];
     const double set_point = motion.set_point(static_cast<std::size_t>(k));
-    rows.time_s.push_back(static_cast<double>(k) * c.settings.tick_s);
+    rows.time_s.push_back(run.record.start_s + static_cast<double>(before + k) * c.settings.tick_s);
     rows.reference_in.push_back(controller.step(set_point, reading_in).reference);
     if (is_own) {
       result.reference_behind_in = std::max(result.reference_behind_in, std::abs(rows.reference_in.back() - set_point));
@@ -272,6 +272,7 @@ TrackResult played(const record::LoadedRun& run, const config::ExperimentConfig&
     rows.rod_in.push_back(reading_in);
     rows.command_V.push_back(run.record.input[before + k]);
   }
+  if (run.outcome == acquisition::Outcome::faulted) result.trip_s = rows.time_s.back() + c.settings.tick_s;
   const std::size_t width = mean_width(c.settings.tick_s);
   result.mean_reference_in = means(rows.reference_in, width);
   result.mean_rod_in = means(rows.rod_in, width);
@@ -448,7 +449,7 @@ void write_rows(const TrackResult& result) {
   const TrackRows& rows = result.rows;
   for (std::size_t i = 0; i < rows.time_s.size(); ++i) {
     csv += fmt::format("{:.6g},{:.7g},{:.7g},{:.4g},{:.6g}\n", rows.time_s[i], rows.reference_in[i], rows.rod_in[i],
-                       rows.reference_in[i] - rows.rod_in[i], rows.command_V[i]);
+                       rows.rod_in[i] - rows.reference_in[i], rows.command_V[i]);
   }
   os::write_file_atomically(result.opened.files() / kTrackRows, csv);
 }

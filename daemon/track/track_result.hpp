@@ -45,7 +45,7 @@ struct KeptFigure {
   }
 };
 
-/// Rows of the trial, a row a tick from the controller's first.
+/// Rows of the trial, a row a tick from the controller's first, in times of the run's record.
 struct TrackRows {
   std::vector<double> time_s;
   std::vector<double> reference_in;
@@ -71,6 +71,7 @@ struct TrackResult {
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
+  std::optional<double> trip_s = {};      ///< when a fault ended the trial, in times of the rows
   std::vector<double> mean_reference_in;  ///< over 50 ms about each row
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from the user's set points

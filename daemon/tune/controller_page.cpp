@@ -206,11 +206,11 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
     return some;
   };
   std::vector<double> error;
-  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(factor * (t.reference_in[i] - t.rod_in[i]));
+  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(factor * (t.rod_in[i] - t.reference_in[i]));
   plot::Panel position{.x_label = "", .y_label = fmt::format("position [{}]", unit.of("in"))};
   position.series.push_back({.label = "rod", .x = time, .y = shown(t.rod_in), .style = 0});
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
-  plot::Panel following{.x_label = "", .y_label = fmt::format("error [{}]", unit.of("in"))};
+  plot::Panel following{.x_label = "", .y_label = fmt::format("error, rod - reference [{}]", unit.of("in"))};
   following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
   plot::Panel command{.x_label = t.sweep_s
                                      ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
@@ -225,7 +225,10 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
       panel->shades.push_back({.from = t.sweep_s->first, .to = t.sweep_s->second});
     }
   }
-  return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
+  plot::Figure figure{.title = std::move(title),
+                      .panels = {std::move(position), std::move(following), std::move(command)}};
+  if (t.trip_s) report::mark_trip(figure, *t.trip_s);
+  return figure;
 }
 
 plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller, const DisplayUnit& unit) {

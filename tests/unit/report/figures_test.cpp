@@ -407,5 +407,31 @@ TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {
   EXPECT_EQ(figure.panels[0].series[2].label, "io");
 }
 
+TEST(TripFigure, MarksTheTripBeyondTheLastRowOfTheFit) {
+  const Subject subject = subject_of("run", ident::Grade::good);
+  plot::Figure figure = fit_figure(subject.fit, {"io"}, std::nullopt, "run");
+  ident::Record record;
+  record.step_s = 0.01;
+  record.input = record.output = Eigen::VectorXd::LinSpaced(420, 0.0, 1.0);  // 0.23 s beyond the last row of the fit
+  add_rest(figure, subject.fit, record);
+  EXPECT_NEAR(figure.panels.front().series.back().x.back(), 4.19, 1e-9);
+  mark_trip(figure, 4.2);
+  EXPECT_EQ(figure.panels.front().series.back().label, "trip at 4.2 s");
+  for (const plot::Panel& panel : figure.panels) {
+    ASSERT_TRUE(panel.x_range);
+    EXPECT_GT(panel.x_range->second, 4.2);
+  }
+  EXPECT_DOUBLE_EQ(figure.panels[1].rules.back().at, 4.2);
+}
+
+TEST(FitFigure, NamesTheErrorAsMeasuredLessModel) {
+  const Subject subject = subject_of("run", ident::Grade::good);  // its model is 0.01 too high
+  const plot::Figure figure = fit_figure(subject.fit, {"io"}, subject.split_s(), "run");
+  EXPECT_EQ(figure.panels[1].y_label, "error, measured - model [in]");
+  EXPECT_NEAR(figure.panels[1].series.front().y.front(), -0.01, 1e-9);
+  ASSERT_TRUE(subject.split_s());
+  EXPECT_NEAR(*subject.split_s(), 2.0, 1e-9) << "50 of 100 samples estimated";
+}
+
 }  // namespace
 }  // namespace eha::report

@@ -186,7 +186,12 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const std::vector<double>& error = *rows.find("error_in");
   const auto [least, greatest] = std::minmax_element(error.begin(), error.end());
   EXPECT_GT(std::max(-*least, *greatest), number("following_error_in"));
+  EXPECT_NEAR(error.back(), rows.find("displacement_in")->back() - rows.find("reference_in")->back(), 1e-5);
   const report::Subject subject = report::load_run(run.folder);
+  ASSERT_TRUE(subject.trip_s() && ended.trip_s);
+  EXPECT_NEAR(*subject.trip_s(), *ended.trip_s, 1e-9) << "one clock";
+  EXPECT_LT(rows.find("time_s")->back(), *ended.trip_s);
+  EXPECT_GT(rows.find("time_s")->back(), *ended.trip_s - 0.002);
   ASSERT_EQ(subject.track.models.size(), 1U);
   EXPECT_EQ(subject.track.models[0].model, "reference");
   EXPECT_EQ(subject.trial_leak, "the rod creeps");
