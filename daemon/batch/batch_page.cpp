@@ -166,27 +166,27 @@ std::string compared_by(const Table& table) {
   return fmt::format("Compared by the model {}.", table.common_model);
 }
 
+/// What the box says first: the worst that was found.
+std::string heading_of(const Table& table, std::size_t failed, std::size_t apart, std::size_t left_out,
+                       std::size_t warnings) {
+  const auto records = [](std::size_t count, const char* one, const char* many) {
+    return count == 1 ? fmt::format("1 record {}", one) : fmt::format("{} records {}", count, many);
+  };
+  if (table.judged == 0) return "No record is judged";
+  if (apart > 0) return records(apart, "lies apart from the others", "lie apart from the others");
+  if (!table.trends.empty())
+    return fmt::format("{} {}", table.trends.front().parameter, change_text(table.trends.front()));
+  if (failed > 0) return records(failed, "could not be judged", "could not be judged");
+  if (table.missing > 0) return records(table.missing, "has no result yet", "have no result yet");
+  if (left_out > 0) return records(left_out, "is not compared", "are not compared");
+  if (table.resolutions.empty()) return "The records are judged; nothing is compared";
+  return warnings > 0 ? "No record lies apart; there are warnings" : "No record lies apart from the others";
+}
+
+/// The box: the worst first, then what is asked of the reader, then what was done.
 std::string lead_of(const Table& table, std::size_t failed) {
-  std::vector<std::string> sentences{fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
-                                                 table.rows.size() == 1 ? "record is" : "records are")};
-  if (failed > 0)
-    sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
-  if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
+  std::vector<std::string> sentences;
   const bool is_compared = !table.resolutions.empty();
-  if (!table.common_model.empty() && is_compared) sentences.push_back(compared_by(table));
-  if (const std::string others = other_units_text(table); !others.empty()) {
-    sentences.push_back(
-        fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
-  }
-  const std::vector<NotCompared> left_out =
-      is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
-  for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
-    sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
-                                    table.rows[left_out[i].row].record.id, left_out[i].reason));
-  }
-  if (left_out.size() > kMostNamed) {
-    sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
-  }
   std::size_t apart = 0;
   for (const Row& row : table.rows) {
     if (row.outliers.empty()) continue;
@@ -202,19 +202,33 @@ std::string lead_of(const Table& table, std::size_t failed) {
   for (const Trend& one : table.trends) {
     sentences.push_back(fmt::format("{} {} from the first record to the last.", one.parameter, change_text(one)));
   }
+  if (failed > 0)
+    sentences.push_back(fmt::format("{} could not be judged; the reasons are below the table of records.", failed));
+  if (table.missing > 0) sentences.push_back(fmt::format("{} have no result yet.", table.missing));
+  const std::vector<NotCompared> left_out =
+      is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
+  for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
+    sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
+                                    table.rows[left_out[i].row].record.id, left_out[i].reason));
+  }
+  if (left_out.size() > kMostNamed) {
+    sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
+  }
+  if (const std::string others = other_units_text(table); !others.empty()) {
+    sentences.push_back(
+        fmt::format("Not compared, as they are in other units: {}. Judge them in a batch of their own.", others));
+  }
+  const std::vector<WarningKind> warnings = warning_kinds(table);
+  for (const WarningKind& one : warnings) sentences.push_back(fmt::format("Warned: {}", warning_text(table, one)));
   if (!is_compared) {
     sentences.push_back(
         fmt::format("Nothing was compared: that needs {} records with one model accepted; `eha compare` "
                     "compares two.",
                     kFewestForOutliers));
-  } else if (apart == 0)
+  } else if (apart == 0) {
     sentences.push_back(left_out.empty() ? "No record lies apart from the others."
                                          : "None of the compared records lies apart from the others.");
-  if (const std::string changes = resolution_text(table); !changes.empty()) {
-    sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
   }
-  const std::vector<WarningKind> warnings = warning_kinds(table);
-  for (const WarningKind& one : warnings) sentences.push_back(fmt::format("Warned: {}", warning_text(table, one)));
   std::vector<std::string> to_do;
   if (failed > 0) to_do.emplace_back("mend what \"Not judged\" names, and judge those records in a new folder");
   if (table.missing > 0) to_do.emplace_back("give the same command again for the records without a result");
@@ -231,12 +245,19 @@ std::string lead_of(const Table& table, std::size_t failed) {
   if (!left_out.empty()) to_do.emplace_back("cut or repeat the records that are not compared");
   if (!is_compared && to_do.empty()) to_do.emplace_back("record more to compare, or use the models of each record");
   sentences.push_back(to_do.empty() ? "To do: nothing." : fmt::format("To do: {}.", fmt::join(to_do, "; ")));
+  sentences.push_back(fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
+                                  table.rows.size() == 1 ? "record is" : "records are"));
+  if (!table.common_model.empty() && is_compared) sentences.push_back(compared_by(table));
+  if (const std::string changes = resolution_text(table); !changes.empty()) {
+    sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
+  }
   const char* kind =
       warnings.empty() && apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty()
           ? "all"
           : "some";
-  return fmt::format("<section class=\"verdict {}\"><h2>Result</h2>\n", kind) + report::list(sentences) +
-         "</section>\n";
+  return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", kind,
+                     report::escaped(heading_of(table, failed, apart, left_out.size(), warnings.size()))) +
+         report::list(sentences) + "</section>\n";
 }
 
 }  // namespace

@@ -149,6 +149,11 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
   for (const std::string& file : files) {
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }
+  if (!rig_file && sheet::is_in_rig_file(run)) {
+    console.info("the rig file has these values already");
+    console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
+    return ExitCode::ok;
+  }
   if (!rig_file) {
     console.next_step("eha characterise " + shell_word(run.folder.string()) + " -o RIG.toml");
     return ExitCode::ok;

@@ -12,6 +12,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -33,6 +34,13 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
     rows.push_back({"left over, rms", fmt::format("{:.3g}", e.before), fmt::format("{:.3g}", e.after),
                     fmt::format("{:.3g}", e.after - e.before), fmt::format("x {:g}", identify::kOtherLeftOver),
                     model.output_unit, e.changed ? "yes" : "no"});
+    if (subject.first_model_error > 0.0) {
+      rows.push_back({"of the first model", fmt::format("{:.3g}", e.before),
+                      fmt::format("{:.3g}", subject.first_model_error),
+                      fmt::format("{:.3g}", subject.first_model_error - e.before),
+                      fmt::format("x {:g}", ident::kGreatestErrorOverRefit), model.output_unit,
+                      report::first_model_word(subject)});
+    }
   }
   return text_table({{"parameter"},
                      {"before", Align::right},
@@ -183,11 +191,13 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     out.text += fmt::format(
         "joint +-: a difference within it is not shown to be a change; at most {:g} % false alarms for all parameters "
         "and runs together\n"
-        "left over: what the fitted model does not explain; a change from a factor of {:g} on\n"
+        "left over: what the model fitted to each record does not explain; a change from a factor of {:g} on\n"
+        "of the first model: what it leaves over here; it holds up to a factor of {:g} over the model fitted here\n"
         "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a "
         "zero (gains b0, b1)\n"
         "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
-        100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, comparison.structure, ident::kDeadBandIs);
+        100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kGreatestErrorOverRefit, comparison.structure,
+        ident::kDeadBandIs);
   }
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},

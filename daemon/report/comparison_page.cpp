@@ -18,6 +18,7 @@
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -110,6 +111,12 @@ std::string changes_table(const ComparedSubject& first, const ComparedSubject& s
     rows.push_back({"left over, rms", model.output_unit, fmt::format("{:.3g}", e.before),
                     fmt::format("{:.3g}", e.after), fmt::format("{:.3g}", e.after - e.before),
                     fmt::format("factor {:g}", identify::kOtherLeftOver), e.changed ? "yes" : "no"});
+    if (subject.first_model_error > 0.0) {
+      rows.push_back({"of the first model, rms", model.output_unit, fmt::format("{:.3g}", e.before),
+                      fmt::format("{:.3g}", subject.first_model_error),
+                      fmt::format("{:.3g}", subject.first_model_error - e.before),
+                      fmt::format("factor {:g}", ident::kGreatestErrorOverRefit), first_model_word(subject)});
+    }
   }
   return table({{"parameter"},
                 {"unit"},
@@ -209,6 +216,27 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   return item;
 }
 
+constexpr const char* kOnlyTheMap =
+    "Nothing: only the valve's map is shown to have changed. The dynamics behind it, with their gain, are drawn as "
+    "each "
+    "fit has them, and their difference is within what the records can show.";
+
+/// Whether no parameter but those of the valve's map is shown to have changed, of any of the records.
+bool is_only_map_changed(const std::vector<ComparedSubject>& subjects) {
+  using Role = ident::ParameterRole;
+  bool has_changed = false;
+  for (const ComparedSubject& subject : subjects) {
+    if (subject.unfit || !subject.cannot_tell.empty()) return false;
+    if (!subject.change) continue;
+    for (const ident::ParameterChange& p : subject.change->parameters) {
+      if (!p.changed) continue;
+      has_changed = true;
+      if (p.role != Role::valve_null && p.role != Role::dead_band && p.role != Role::negative_gain_ratio) return false;
+    }
+  }
+  return has_changed;
+}
+
 plot::Series curve_of(const Eigen::VectorXd& time_s, const Eigen::VectorXd& values, const std::string& label,
                       int style) {
   const auto all = [](const Eigen::VectorXd& v) { return std::span(v.data(), static_cast<std::size_t>(v.size())); };
@@ -281,8 +309,10 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   item.remark.seen = has_band ? fmt::format("Grey: the usable band of {}.", subjects.front().label)
                               : fmt::format("The usable band of {} is not known.", subjects.front().label);
   item.remark.good = "Curves that lie within one another's bounds.";
-  item.remark.to_do = fmt::format("Where they differ, the plants differ at that frequency{}.",
-                                  has_band ? "; outside the usable band trust neither" : "");
+  item.remark.to_do = is_only_map_changed(subjects)
+                          ? std::string(kOnlyTheMap)
+                          : fmt::format("Where they differ, the plants differ at that frequency{}.",
+                                        has_band ? "; outside the usable band trust neither" : "");
   return item;
 }
 
@@ -379,8 +409,11 @@ std::string first_model_sentence(const ComparedSubject& first, const ComparedSub
       "The model of {} errs by {:.3g}{} rms on {}, {} times the {:.3g}{} of the model fitted there: "
       "it {}.",
       first.label, subject.first_model_error, unit, subject.label,
-      ident::figure_text(subject.first_model_error / refit), refit, unit,
-      subject.first_model_holds ? "holds" : "does not hold");
+      ident::figure_text(subject.first_model_error / refit), refit, unit, first_model_word(subject));
+}
+
+std::string first_model_word(const ComparedSubject& subject) {
+  return subject.first_model_holds ? "holds" : "does not hold";
 }
 
 std::string tested_sentence(const ident::PlantChange& change) {
@@ -441,7 +474,10 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
   Section valve{.title = "Valve"};
   if (auto item = valve_item(named, input_range(subjects))) valve.items.push_back(std::move(*item));
   Section step{.title = "Step response"};
-  if (auto item = named.empty() ? std::nullopt : step_item(named)) step.items.push_back(std::move(*item));
+  if (auto item = named.empty() ? std::nullopt : step_item(named)) {
+    if (is_only_map_changed(subjects)) item->remark.to_do = kOnlyTheMap;
+    step.items.push_back(std::move(*item));
+  }
   if (findings.is_one_record) {
     return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models});
   }

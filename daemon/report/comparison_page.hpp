@@ -60,6 +60,8 @@ struct ComparedSubject {
 [[nodiscard]] std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject);
 
 /// "Tested: null, dead_band, K, a1; not tested: what these do not describe, as friction, leaks or noise."
+/// "holds" or "does not hold", for the tables.
+[[nodiscard]] std::string first_model_word(const ComparedSubject& subject);
 [[nodiscard]] std::string tested_sentence(const ident::PlantChange& change);
 
 /// Result of a comparison.

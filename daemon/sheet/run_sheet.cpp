@@ -119,4 +119,15 @@ std::string experiment_lines(const RunSheet& run) {
       0.5 * (is_metric ? kMillimetresPerInch : 1.0) * (limits.travel_min_in + limits.travel_max_in), is_metric ? 1 : 3);
 }
 
+bool is_in_rig_file(const RunSheet& run) {
+  if (!run.rig.limits.following || !run.rig.limits.following->null_uncertainty_V) return false;
+  const config::ValveEstimate there = config::valve_estimate(*run.rig.limits.following);
+  const auto is_within = [](const ident::Measured& measured, double value) {
+    return std::abs(value - measured.value) <= measured.half_width;
+  };
+  return is_within(run.sheet.null_V, there.null_V) && is_within(run.sheet.dead_band_V, there.dead_band_V) &&
+         is_within(run.sheet.gain_positive_in_per_V_s, there.gain_positive_in_per_V_s) &&
+         is_within(run.sheet.gain_negative_in_per_V_s, there.gain_negative_in_per_V_s);
+}
+
 }  // namespace eha::sheet

@@ -58,6 +58,9 @@ struct SheetRow {
 /// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
 [[nodiscard]] std::string warning_of(const RunSheet& run, const DisplayUnit& unit);
 
+/// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
+[[nodiscard]] bool is_in_rig_file(const RunSheet& run);
+
 /// What the rig file says of this valve from now on: [following] with its uncertainties. Limit and pressure delay are
 /// those of the rig file, where it has them.
 [[nodiscard]] config::Following following_of(const RunSheet& run);

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
-#include "config/valve_estimate.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/sheet/run_sheet.hpp"
@@ -21,18 +23,6 @@ std::vector<double> scaled(const Eigen::VectorXd& values, double factor) {
   std::vector<double> list(values.begin(), values.end());
   for (double& value : list) value *= factor;
   return list;
-}
-
-/// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
-bool is_in_rig_file(const RunSheet& run) {
-  if (!run.rig.limits.following || !run.rig.limits.following->null_uncertainty_V) return false;
-  const config::ValveEstimate there = config::valve_estimate(*run.rig.limits.following);
-  const auto is_within = [](const ident::Measured& measured, double value) {
-    return std::abs(value - measured.value) <= measured.half_width;
-  };
-  return is_within(run.sheet.null_V, there.null_V) && is_within(run.sheet.dead_band_V, there.dead_band_V) &&
-         is_within(run.sheet.gain_positive_in_per_V_s, there.gain_positive_in_per_V_s) &&
-         is_within(run.sheet.gain_negative_in_per_V_s, there.gain_negative_in_per_V_s);
 }
 
 /// The flow curve: the rod's speed over the command, and the lines through it.
@@ -118,8 +108,10 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   phase.rules.push_back({.at = -90.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   item.remark.seen = fmt::format(
-      "Measured up to {:.2f} Hz; the slew limit ends it. Gain and phase are relative to the lowest frequency of each "
-      "amplitude, which is 0 dB and 0 deg; dashed, where an axis reaches so far: -3 dB and -90 deg.",
+      "Measured up to {:.2f} Hz; the slew limit ends it. The gain is relative to the lowest frequency of each "
+      "amplitude, "
+      "which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so far: -3 dB and "
+      "-90 deg.",
       sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
   item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";
@@ -145,6 +137,15 @@ report::Item response_table(const ident::ValveSheet& sheet) {
                                 rows)};
 }
 
+/// The run's folder as a word of a command, without the line breaks of a name that could imitate another one.
+std::string command_word(const RunSheet& run) {
+  std::error_code ignored;
+  std::string word = shell_word(std::filesystem::absolute(run.folder, ignored).lexically_normal().string());
+  std::replace_if(
+      word.begin(), word.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
+  return word;
+}
+
 /// The quantities as a table, in a box.
 std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
@@ -154,9 +155,14 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
     rows.push_back({row.name, std::move(value)});
   }
   const std::string next =
-      is_in_rig_file(run) ? "The rig file has these values already: nothing to do."
-                          : "Next: `eha characterise` with this folder and -o RIG.toml writes them into a rig file; "
-                            "the lines are below, under For the files.";
+      !is_in_rig_file(run) ? fmt::format(
+                                 "Next: `eha characterise {} -o RIG.toml` writes them into a rig file; the lines "
+                                 "are below, under For the files.",
+                                 command_word(run))
+      : leak_of(run.sheet, unit).empty() ? std::string("The rig file has these values already: nothing to do.")
+                                         : std::string(
+                                               "The rig file has these values already. Next: repair the leak, "
+                                               "then `eha characterise`.");
   return "<section class=\"verdict some\"><h2>What was measured</h2>\n" +
          report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) + report::paragraph(next) +
          "</section>\n";

@@ -203,5 +203,20 @@ TEST(BatchTable, DoesNotCompareInchesWithMillimetres) {
   EXPECT_LT(html.find("<h2>Records</h2>"), html.find("<svg")) << "the answer comes first";
 }
 
+TEST(BatchPage, BeginsWithTheWorstThatWasFound) {
+  const test::TemporaryFolder folder;
+  const auto box_of = [](const Table& table) {
+    const std::string html = page_of(table).html;
+    const std::size_t begin = html.find("<section class=\"verdict");
+    return html.substr(begin, html.find("</section>", begin) - begin);
+  };
+  const Table alike = table_with({0.150, 0.151, 0.149, 0.1505, 0.1495, 0.1502}, {}, folder.path() / "alike");
+  EXPECT_NE(box_of(alike).find("<h2>No record lies apart from the others</h2>"), std::string::npos) << box_of(alike);
+  const Table apart = table_with({0.150, 0.151, 0.149, 0.1505, 0.1495, 0.40}, {}, folder.path() / "apart");
+  const std::string box = box_of(apart);
+  EXPECT_NE(box.find("<h2>1 record lies apart from the others</h2>"), std::string::npos) << box;
+  EXPECT_LT(box.find("0006 lies apart"), box.find("records are judged"));
+}
+
 }  // namespace
 }  // namespace eha::batch

@@ -92,6 +92,8 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
                        "it does not hold."),
             std::string::npos)
       << other;
+  EXPECT_NE(other.find(">of the first model, rms</td>"), std::string::npos);
+  EXPECT_NE(other.find(">does not hold</td>"), std::string::npos) << "the table says the same";
   EXPECT_NE(other.find("No parameter is shown to have changed, yet the first model does not hold here"),
             std::string::npos);
   EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
@@ -431,6 +433,26 @@ TEST(FitFigure, NamesTheErrorAsMeasuredLessModel) {
   EXPECT_NEAR(figure.panels[1].series.front().y.front(), -0.01, 1e-9);
   ASSERT_TRUE(subject.split_s());
   EXPECT_NEAR(*subject.split_s(), 2.0, 1e-9) << "50 of 100 samples estimated";
+}
+
+TEST(ComparisonPage, ReadsNoChangeOfTheGainIntoPicturesWhereTheDeadBandAloneChanged) {
+  ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  model.input_map = ident::ValveMap{-0.2, 0.15, 0.9};
+  ident::PlantChange change;
+  change.changed = true;
+  change.parameters = {
+      {.name = "dead_band", .role = ident::ParameterRole::dead_band, .half_width = 0.01, .changed = true},
+      {.name = "K", .half_width = 0.01}};
+  const auto page = [&] {
+    return comparison_page({.title = "Comparison", .heading = "The plant has changed"},
+                           {{.label = "base", .model = model}, {.label = "after", .model = model, .change = change}})
+        .html;
+  };
+  EXPECT_EQ(count(page(), "Nothing: only the valve&#39;s map is shown to have changed."), 2U) << "step and response";
+  EXPECT_EQ(page().find("A lower speed is a lower gain"), std::string::npos);
+  EXPECT_EQ(page().find("the plants differ at that frequency"), std::string::npos);
+  change.parameters[1].changed = true;
+  EXPECT_NE(page().find("A lower speed is a lower gain"), std::string::npos);
 }
 
 }  // namespace

@@ -102,8 +102,15 @@ TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   std::vector<std::string> missing;
   const std::string asks = "Put the lines below into the rig file.";
   EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
+  run.folder = "/runs/sheet";
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("Next: <code>eha characterise /runs/sheet -o RIG.toml</code>"),
+            std::string::npos);
   run.rig.limits.following = following_of(run);
+  EXPECT_TRUE(is_in_rig_file(run));
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("nothing to do"), std::string::npos);
+  EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find("0 dB and 0 deg"), std::string::npos)
+      << "the phase is not relative";
   run.sheet.null_V.value += 0.01;
   EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
 }
