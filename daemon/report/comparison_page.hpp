@@ -59,9 +59,10 @@ struct ComparedSubject {
 /// hold."
 [[nodiscard]] std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject);
 
-/// "Tested: null, dead_band, K, a1; not tested: what these do not describe, as friction, leaks or noise."
 /// "holds" or "does not hold", for the tables.
 [[nodiscard]] std::string first_model_word(const ComparedSubject& subject);
+
+/// "Tested: null, dead_band, K, a1; not tested: what these do not describe, as friction, leaks or noise."
 [[nodiscard]] std::string tested_sentence(const ident::PlantChange& change);
 
 /// Result of a comparison.
