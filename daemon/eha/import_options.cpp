@@ -57,6 +57,9 @@ void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options
       ->group(group);
   app.add_flag("--resample", options.resample, "Fill gaps and missing values, and even out the times of the rows")
       ->group(group);
+  app.add_flag("--keep-lone-rows", options.keep_lone_rows,
+               "Take rows far from both their neighbours as measured, and no loose contact")
+      ->group(group);
 }
 
 void print_import(const std::string& guess, const std::vector<std::string>& remarks,

@@ -17,7 +17,8 @@ namespace eha::cli {
 /// Selects the options on a file's columns that a command takes.
 enum class ImportedColumns { record, input_only };
 
-/// Adds --time, --input, --output, --delimiter, --decimal, --thousands, --period, --from, --to and --resample.
+/// Adds --time, --input, --output, --delimiter, --decimal, --thousands, --period, --from, --to,
+/// --resample and --keep-lone-rows.
 void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns);
 
 /// Prints what was guessed of a file, warns of its remarks and prints its corrections.

@@ -252,7 +252,7 @@ plot::Figure of_record(const PlotCommand& command, Console& console) {
 /// Whether an option says how a record is to be read.
 bool is_to_import(const importer::Options& options) {
   return options.time || options.input || options.output || options.delimiter || options.decimal || options.thousands ||
-         options.period_s || options.from_s || options.to_s || options.resample;
+         options.period_s || options.from_s || options.to_s || options.resample || options.keep_lone_rows;
 }
 
 plot::Figure figure_of(const PlotCommand& command, Console& console) {

@@ -108,7 +108,7 @@ void note_other_step(const ident::Model& model, const ValidateCommand& command, 
 /// Whether a file needs no option to be read, as `eha compare` has none.
 bool is_read_as_it_is(const importer::Options& o) {
   return !o.time && !o.input && !o.output && !o.delimiter && !o.decimal && !o.thousands && !o.period_s && !o.from_s &&
-         !o.to_s && !o.resample;
+         !o.to_s && !o.resample && !o.keep_lone_rows;
 }
 
 ExitCode execute(const ValidateCommand& command, Console& console) {

@@ -305,7 +305,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     if (take_missing_codes(rows, at, name, time_of, path, options, imported)) is_even = false;
   }
   for (const std::size_t at : {first, first + 1}) {
-    if (!roles.output) break;
+    if (!roles.output || options.keep_lone_rows) break;
     const bool is_input = at == first;
     const std::vector<std::size_t> lone =
         is_input ? lone_inputs(rows.columns[first]) : lone_rows(rows.columns[first], rows.columns[at]);
@@ -313,12 +313,14 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
       const std::string found =
           lone_rows_text(lone, rows.columns[at], time_of(lone.front()), is_input ? "input" : "output");
       if (!options.resample) {
-        throw DataError(fmt::format(
-            "{}{}: {}; {}, and a single such row spoils a model; to take them as not measured and fill them: `{}`",
-            path.string(), rows.where(lone.front()), found,
-            is_input ? "a lost decimal point or a disturbed wire does that"
-                     : "a loose contact or a disturbed sensor does that, a rod cannot",
-            mend));
+        throw DataError(
+            fmt::format("{}{}: {}; {}, and a single such row spoils a model; to take them as not measured and fill "
+                        "them: `{}`; if they "
+                        "were measured so, to take them as they are: `{}`",
+                        path.string(), rows.where(lone.front()), found,
+                        is_input ? "a lost decimal point or a disturbed wire does that"
+                                 : "a loose contact or a disturbed sensor does that, a rod cannot",
+                        mend, command_with(options, path, "--keep-lone-rows")));
       }
       imported.repairs.push_back(found + "; taken as not measured");
       for (const std::size_t row : lone) rows.columns[at][row] = std::numeric_limits<double>::quiet_NaN();

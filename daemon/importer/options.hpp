@@ -20,6 +20,7 @@ struct Options {
   std::optional<double> from_s = {};    ///< [s] of the file's time; earlier rows are left out
   std::optional<double> to_s = {};      ///< [s] of the file's time; later rows are left out
   bool resample = false;                ///< fill gaps and missing values, and move rows to an even time grid
+  bool keep_lone_rows = false;          ///< take rows that stand alone as measured
   /// The command that asked, quoted for a shell; refusals extend it to one that works. Empty: "eha import FILE".
   std::string command = {};
 };

@@ -84,7 +84,51 @@ TEST(LoneRows, AreNoneWhereTheInputHasAPulseOrTheSignalIsSuch) {
   EXPECT_TRUE(lone_rows(stepped.input, stepped.output).empty());
 }
 
-TEST(LoneRows, AreRefusedWithTheCommandThatFillsThem) {
+/// Answers of plants to a coarsely recorded input of steps.
+Rod stepped(const std::function<double(std::size_t)>& input, double pole, double pair, double washed_out) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.002);
+  Rod made;
+  double lag = 0.0;
+  double before = 0.0;
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    const double u = input(k);
+    made.input.push_back(u);
+    made.output.push_back(5.0 * (lag - washed_out * u) + noise(random));
+    const double next = (pole + pair) * lag - pole * pair * before + (1.0 - pole) * (1.0 - pair) * u;
+    before = lag;
+    lag = next;
+  }
+  return made;
+}
+
+TEST(LoneRows, AreNoneOfAPlantThatAnswersSteps) {
+  const auto pulses = [](std::size_t k) { return k % 104 < 4 ? 1.0 + 0.5 * static_cast<double>(k / 104 % 3) : 0.0; };
+  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  for (double pole = 0.0; pole < 0.95; pole += 0.02) {
+    const Rod lag = stepped(pulses, pole, 0.0, 0.0);
+    EXPECT_TRUE(lone_rows(lag.input, lag.output).empty()) << "a lag after pulses of four rows, pole " << pole;
+    const Rod washout = stepped(levels, pole, 0.0, 1.0);
+    EXPECT_TRUE(lone_rows(washout.input, washout.output).empty()) << "what answers to changes alone, pole " << pole;
+    const Rod ringing = stepped(levels, -pole, 0.0, 0.0);
+    EXPECT_TRUE(lone_rows(ringing.input, ringing.output).empty()) << "it overshoots, pole " << -pole;
+  }
+  std::vector<double> step(400, 0.0);
+  std::vector<double> answer(400, 0.0);
+  for (std::size_t k = 200; k < 400; ++k) step[k] = 2.0;
+  answer[201] = 3.0;
+  answer[202] = 2.9;
+  EXPECT_TRUE(lone_rows(step, answer).empty()) << "one step";
+}
+
+TEST(LoneRows, AreFoundBesideStepsThatDoNotMoveTheRodSoFar) {
+  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  Rod r = stepped(levels, 0.9, 0.0, 0.0);
+  for (const std::size_t k : {702U, 1830U, 1831U, 2525U}) r.output[k] = 60.0;
+  EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{702, 1830, 1831, 2525}));
+}
+
+TEST(LoneRows, AreRefusedWithTheCommandsThatFillOrKeepThem) {
   const test::TemporaryFolder folder;
   const Rod clean = rod();
   Rod r = clean;
@@ -95,6 +139,12 @@ TEST(LoneRows, AreRefusedWithTheCommandThatFillsThem) {
       << refusal;
   EXPECT_NE(refusal.find("rod.csv:1503: "), std::string::npos) << "the line";
   EXPECT_NE(refusal.find("--resample`"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("if they were measured so, to take them as they are: `eha import "), std::string::npos)
+      << refusal;
+  EXPECT_NE(refusal.find(" --keep-lone-rows`"), std::string::npos) << refusal;
+  const Imported kept = import_record(path, {.keep_lone_rows = true});
+  EXPECT_EQ(kept.record.output[1501], 0.0);
+  EXPECT_TRUE(kept.filled.empty());
   const Imported filled = import_record(path, {.resample = true});
   EXPECT_EQ(filled.filled, std::vector<std::size_t>{1501});
   EXPECT_NEAR(filled.record.output[1501], clean.output[1501], 0.2);
@@ -117,6 +167,7 @@ TEST(LoneRows, OfAnInputLieFarBeyondItsRange) {
       << refusal;
   EXPECT_NE(refusal.find("--resample`"), std::string::npos) << refusal;
   EXPECT_EQ(import_record(path, {.resample = true}).filled, std::vector<std::size_t>{1501});
+  EXPECT_EQ(import_record(path, {.keep_lone_rows = true}).record.input[1501], 43.1);
 }
 
 TEST(Numbers, OfAMistypedDecimalSignAreNoThousands) {
