@@ -69,7 +69,7 @@ std::string instead_text(const Row& row, const std::string& common_model) {
   std::vector<std::string> causes;
   std::vector<std::string> followers;
   for (const std::string& name : changed) (is_of_map(name) ? causes : followers).push_back(name);
-  if (has_map && !causes.empty() && !followers.empty()) return ident::lets_follow(causes, followers);
+  if (has_map && !causes.empty() && !followers.empty()) return ident::either_follows(causes, followers);
   return ident::map_instead(changed, has_map);
 }
 

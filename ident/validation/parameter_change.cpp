@@ -73,16 +73,25 @@ bool leaves_plain_noise(const Model& model) {
          model.estimation->noise->variance > 0.0;
 }
 
-/// Widens the interval of a parameter by the shift that the changes of the map make, by either model's correlations.
+/// Returns the shift of a parameter that the change of another makes, by either model's correlations.
+double shift_by(const ParameterChange& cause, const ParameterChange& p, const Model& before, const Model& after) {
+  const double slope =
+      std::max(std::abs(slope_in(before, p.name, cause.name)), std::abs(slope_in(after, p.name, cause.name)));
+  return slope * std::abs(cause.after - cause.before);
+}
+
+/// Widens the interval of a parameter by the shift that the changes of the map make.
 void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model& before, const Model& after) {
+  bool may_lead = std::abs(p.after - p.before) > p.of_noise;
   for (const ParameterChange& cause : change.parameters) {
     if (!is_of_map(cause.role) || !cause.changed) continue;
-    const double slope =
-        std::max(std::abs(slope_in(before, p.name, cause.name)), std::abs(slope_in(after, p.name, cause.name)));
-    const double shift = slope * std::abs(cause.after - cause.before);
+    const double shift = shift_by(cause, p, before, after);
     p.half_width += shift;
-    if (shift > p.of_noise) p.follows.push_back(cause.name);
+    if (!(shift > p.of_noise)) continue;
+    p.follows.push_back(cause.name);
+    may_lead = may_lead && std::abs(cause.after - cause.before) <= cause.of_noise + shift_by(p, cause, before, after);
   }
+  p.may_lead = may_lead && !p.follows.empty();
 }
 
 }  // namespace
@@ -129,6 +138,11 @@ std::string lets_follow(const std::vector<std::string>& causes, const std::vecto
                      fmt::join(followers, " and "), causes.size() == 1 ? "it" : "them");
 }
 
+std::string either_follows(const std::vector<std::string>& some, const std::vector<std::string>& others) {
+  return fmt::format("{} or {} changed, or both, as the fit lets one follow the other", fmt::join(some, " and "),
+                     fmt::join(others, " and "));
+}
+
 std::string hidden_sentence(const ParameterChange& change, const Model& model) {
   if (change.changed || change.follows.empty()) return {};
   const std::string name = unit_of(change, model);
@@ -136,7 +150,8 @@ std::string hidden_sentence(const ParameterChange& change, const Model& model) {
   return fmt::format(
       "a change of {} below {:.2g}{} does not show here: {} (by noise alone {:.2g}{}); each fit by itself says {} "
       "before and {} after",
-      change.name, change.half_width, unit, lets_follow(change.follows, {change.name}), change.of_noise, unit,
+      change.name, change.half_width, unit,
+      (change.may_lead ? either_follows : lets_follow)(change.follows, {change.name}), change.of_noise, unit,
       rounded_to(change.before, change.of_noise), rounded_to(change.after, change.of_noise));
 }
 

@@ -19,6 +19,7 @@ struct ParameterChange {
   double of_noise = 0.0;                  ///< the part of half_width due to noise alone
   bool changed = false;                   ///< the joint interval excludes 0
   std::vector<std::string> follows = {};  ///< changed parameters of the map that cause the rest of half_width
+  bool may_lead = false;                  ///< the change, beyond noise, may be the cause of theirs instead
 };
 
 /// The change of a plant between two models.
@@ -49,6 +50,9 @@ struct PlantChange {
 /// "dead_band changed, and the fit lets K follow it".
 [[nodiscard]] std::string lets_follow(const std::vector<std::string>& causes,
                                       const std::vector<std::string>& followers);
+
+/// "dead_band or K changed, or both, as the fit lets one follow the other".
+[[nodiscard]] std::string either_follows(const std::vector<std::string>& some, const std::vector<std::string>& others);
 
 /// What a change may be of although the model names another parameter: "without a valve map a dead band or null that
 /// changed shows as K: ...". Empty where the model has a map, or none of the changed parameters would show it.

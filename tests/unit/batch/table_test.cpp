@@ -135,7 +135,7 @@ TEST(BatchTable, SaysAsACompareDoesWhatAChangedGainMayBe) {
   EXPECT_TRUE(instead_text(row, "io").starts_with("without a valve map a dead band")) << instead_text(row, "io");
   EXPECT_EQ(instead_text(row, "io_valve"), "");
   row.outliers.push_back({.parameter = "dead_band"});
-  EXPECT_EQ(instead_text(row, "io_valve"), "dead_band changed, and the fit lets K follow it");
+  EXPECT_EQ(instead_text(row, "io_valve"), "dead_band or K changed, or both, as the fit lets one follow the other");
 }
 
 TEST(BatchTable, SaysWhyARecordHasNoModel) {
