@@ -38,6 +38,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -215,6 +216,34 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   return importer::command_with(command.import, command.source, "-o " + shell_word(folder_to_offer(command, source)));
 }
 
+/// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of the structure with
+/// dry friction, or the record of an output that wanders; none otherwise.
+/// @param written  models' files, beside which a fit of another structure is not the next step
+std::optional<std::string> step_by_cause(const FitCommand& command, const Source& source,
+                                         const Identification& identification, const std::vector<fs::path>& written) {
+  const ident::Recommendation& recommendation = identification.recommendation;
+  const bool has_model = !recommendation.model.empty();
+  const std::string& named = has_model ? recommendation.model : recommendation.runner_up;
+  for (const identify::IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    if (!model.verdict) continue;
+    const bool is_reason =
+        !model.verdict->reasons.empty() && recommendation.reason + "." == model.verdict->reasons.front();
+    if (model.name != named && !is_reason && identification.models.size() > 1) continue;
+    if (ident::may_have_friction(model, *model.verdict) && (!has_model || written.empty())) {
+      const std::string folder = command.output      ? std::string()
+                                 : source.run_folder ? " -o models-friction"
+                                                     : " -o " + shell_word(folder_to_offer(command, source));
+      return importer::command_with(command.import, command.source, "--model friction" + folder);
+    }
+    if (!has_model && !is_accepted(one) && ident::wanders(model, *model.verdict) &&
+        ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift) {
+      return "eha plot " + shell_word(command.source);
+    }
+  }
+  return std::nullopt;
+}
+
 // For each kind of experiment: runs the computation that its record is for instead of a fit. @returns none: models are
 // fitted to it
 
@@ -329,6 +358,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
         source.run_folder && entry_of_run(*source.run_folder, control::default_socket()).is_object();
     console.next_step(source.run_folder ? again_as_run(*source.run_folder, next->string(), is_of_service)
                                         : "eha run " + shell_word(next->string()));
+  } else if (const auto step = step_by_cause(command, source, identification, written); step && !cut) {
+    console.next_step(*step);
   } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_step(command, source, identification, written));
   }

@@ -23,6 +23,7 @@
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/verdict.hpp"
@@ -406,16 +407,20 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
     text += what_it_is(*chosen) + why_it_is_recommended(*chosen, answer.models, recommendation);
   } else {
     text += line("recommended", "none");
+    bool others_err_alike = false;
     if (!recommendation.reason.empty()) {
       // What lies in the record comes with what to do.
-      const bool is_of_record = std::any_of(answer.models.begin(), answer.models.end(), [&](const Model& model) {
+      const auto of_record = std::find_if(answer.models.begin(), answer.models.end(), [&](const Model& model) {
         return model.verdict && !model.verdict->reasons.empty() &&
                model.verdict->reasons.front() == recommendation.reason + ".";
       });
+      const bool is_of_record = of_record != answer.models.end();
+      // A drift keeps every structure from following, and leads their advice astray.
+      others_err_alike = is_of_record && ident::wanders(*of_record, *of_record->verdict);
       text += line("because", is_of_record ? recommendation.reason + "." : brief(recommendation.reason));
     }
     if (!recommendation.accepted_instead.empty()) text += line("not rejected", recommendation.accepted_instead);
-    text += reasons_by_model(answer.models, recommendation.reason);
+    if (!others_err_alike) text += reasons_by_model(answer.models, recommendation.reason);
   }
   const std::string& output_unit = (answer.models.empty() ? answer.paper : answer.models).front().output_unit;
   std::vector<std::vector<std::string>> rows;

@@ -251,6 +251,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   report.tests = residual_tests(
       tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
   report.input_levels = few_levels(record.input);
+  report.faster_r2_percent = r2_of_faster_percent(measured, simulated);
   const ComparedRows rows{result.time_s, input, result.measured, result.simulated};
   report.end_stop = end_stop(rows);
   report.jump = report.end_stop ? std::nullopt : error_jump(rows);

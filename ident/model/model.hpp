@@ -210,6 +210,8 @@ struct ValidationReport {
   /// Greatest error of the valve map's lines beside its edges, as map_error() [input unit].
   std::optional<double> map_error = {};
   std::optional<InputLevels> input_levels = {};  ///< none if the input takes more than two values
+  /// R2 of the faster motion, see r2_of_faster_percent() [%]; none where the samples are too few.
+  std::optional<double> faster_r2_percent = {};
 };
 
 /// A scalar statistic and its name in model files. The reader and the writer of the files use this list.

@@ -237,6 +237,7 @@ ValidationReport read_validation(const Node& node) {
                                      "excitation_order",
                                      "input_levels",
                                      "map_error",
+                                     "faster_r2_percent",
                                      "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
@@ -292,6 +293,7 @@ ValidationReport read_validation(const Node& node) {
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());
+  if (object.has("faster_r2_percent")) object.read("faster_r2_percent", report.faster_r2_percent.emplace());
   if (object.has("input_levels")) {
     std::vector<double> levels;
     object.read("input_levels", levels);

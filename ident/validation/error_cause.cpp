@@ -21,6 +21,24 @@ bool passes(const Verdict& verdict, Kind kind) {
 
 }  // namespace
 
+std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& verdict) {
+  if (!fails_any(verdict, {Kind::nonlinearity}) || !model.validation || !model.validation->tests) return std::nullopt;
+  const auto& test = model.validation->tests->nonlinearity;
+  return test ? std::optional(test->kind) : std::nullopt;
+}
+
+bool may_have_friction(const Model& model, const Verdict& verdict) {
+  return !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion && model.stability &&
+         model.stability->integrator_order > 0.0;
+}
+
+bool wanders(const Model& model, const Verdict& verdict) {
+  if (!model.validation || !model.validation->faster_r2_percent) return false;
+  const double faster = *model.validation->faster_r2_percent;
+  return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
+                     [&](const Criterion& c) { return c.kind == Kind::r2 && has_failed(c) && faster >= c.limit; });
+}
+
 ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (!model.validation) return ErrorCause::unknown;
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
@@ -33,7 +51,7 @@ ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   }
   if (fails_any(verdict, {Kind::nonlinearity})) return ErrorCause::nonlinear;
   if (fails_any(verdict, {Kind::future_input})) return ErrorCause::feedback;
-  if (fails_any(verdict, {Kind::residual_drift})) return ErrorCause::drift;
+  if (fails_any(verdict, {Kind::residual_drift}) || wanders(model, verdict)) return ErrorCause::drift;
   const std::optional<Score>& anew = model.validation->offset_reestimated;
   const bool is_offset = anew && anew->mse < kMostlyOffset * model.validation->score.mse;
   const bool is_white = !is_offset && passes(verdict, Kind::residual_input) &&

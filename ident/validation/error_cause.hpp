@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
+
 #include "ident/model/model.hpp"
 
 namespace eha::ident {
@@ -14,10 +16,20 @@ enum class ErrorCause {
   missing_part,  ///< the input moves the residual, or it is far above the noise between periods
   nonlinear,     ///< the residual depends on level, motion or position
   feedback,      ///< the residual correlates with the input that follows
-  drift,         ///< the residual wanders
+  drift,         ///< the residual wanders, and nothing of the above
   white_noise,   ///< every test passed: uncorrelated with the input and with itself, and no offset
   unknown,       ///< none of these, or too few samples to tell
 };
+
+/// Whether an R2 is too low by a slow part of the error alone, as where a sensor drifts: the faster motion is followed.
+[[nodiscard]] bool wanders(const Model& model, const Verdict& verdict);
+
+/// What the residual depends on; none where no such test failed.
+[[nodiscard]] std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& verdict);
+
+/// Whether the structure with dry friction, which integrates, may describe what a model leaves over: that depends on
+/// the direction of motion, and the model integrates, too.
+[[nodiscard]] bool may_have_friction(const Model& model, const Verdict& verdict);
 
 /// @param verdict  of this model
 /// @returns unknown without a validation

@@ -15,6 +15,7 @@
 
 #include "ident/fractional/poles.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -276,15 +277,19 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
 
 /// What lies in the record, and holds for every model of it, with what to do; empty without such a thing.
 std::string cause_in_record(const Models& all) {
-  for (const Model* model : all) {
-    if (!model->verdict || model->verdict->reasons.empty() || !model->validation || !model->validation->end_stop) {
-      continue;
-    }
-    std::string reason = model->verdict->reasons.front();
+  const auto whole = [](const Model& model) {
+    std::string reason = model.verdict->reasons.front();
     if (reason.ends_with('.')) reason.pop_back();
     return reason;
+  };
+  const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
+  for (const Model* model : all) {
+    if (has_reason(*model) && model->validation && model->validation->end_stop) return whole(*model);
   }
-  return {};
+  const Model& nearest = *all.front();
+  const bool is_drift = has_reason(nearest) && wanders(nearest, *nearest.verdict) &&
+                        error_cause(nearest, *nearest.verdict) == ErrorCause::drift;
+  return is_drift ? whole(nearest) : std::string();
 }
 
 /// Why none of the identified models is picked.

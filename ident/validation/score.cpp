@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/score.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,7 +16,30 @@ double percent_explained(double residual, double signal) {
   return residual > 0.0 ? -std::numeric_limits<double>::infinity() : 100.0;
 }
 
+/// A signal less its mean over up to `half` samples on either side.
+Eigen::VectorXd faster_part(const Eigen::VectorXd& y, Eigen::Index half) {
+  Eigen::VectorXd sums(y.size() + 1);
+  sums[0] = 0.0;
+  for (Eigen::Index k = 0; k < y.size(); ++k) sums[k + 1] = sums[k] + y[k] - y[0];
+  Eigen::VectorXd faster(y.size());
+  for (Eigen::Index k = 0; k < y.size(); ++k) {
+    // As wide on either side, so that a ramp is its own mean.
+    const Eigen::Index width = std::min({half, k, y.size() - 1 - k});
+    faster[k] = y[k] - y[0] - (sums[k + width + 1] - sums[k - width]) / static_cast<double>(2 * width + 1);
+  }
+  return faster;
+}
+
 }  // namespace
+
+std::optional<double> r2_of_faster_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {
+  constexpr Eigen::Index kFewest = 100;
+  constexpr Eigen::Index kPart = 20;  // half of the window, of all
+  if (measured.size() < kFewest || measured.size() != simulated.size()) return std::nullopt;
+  const double r2 =
+      score(faster_part(measured, measured.size() / kPart), faster_part(simulated, measured.size() / kPart)).r2_percent;
+  return std::isfinite(r2) ? std::optional(r2) : std::nullopt;
+}
 
 Score score(const Eigen::Ref<const Eigen::VectorXd>& measured, const Eigen::Ref<const Eigen::VectorXd>& simulated) {
   if (measured.size() != simulated.size() || measured.size() == 0) {

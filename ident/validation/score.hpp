@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "ident/model/model.hpp"
 
@@ -15,5 +16,11 @@ namespace eha::ident {
 /// Cost O(N). Source: Ljung, System Identification, 2nd ed., sec. 16.4.
 [[nodiscard]] Score score(const Eigen::Ref<const Eigen::VectorXd>& measured,
                           const Eigen::Ref<const Eigen::VectorXd>& simulated);
+
+/// R2 of the faster motion: of measured and simulated output, each less its mean over the tenth of the samples about
+/// each of them. It does not see an error that wanders slowly.
+/// @returns nothing below 100 samples, or where the output has no such motion. Cost O(N).
+[[nodiscard]] std::optional<double> r2_of_faster_percent(const Eigen::VectorXd& measured,
+                                                         const Eigen::VectorXd& simulated);
 
 }  // namespace eha::ident

@@ -160,6 +160,7 @@ class Reasons {
             "record longer.",
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
+        if (cause_ == ErrorCause::drift && wanders(model_, verdict_)) return wandering(c);
         if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
             cause_ != ErrorCause::jump) {
           return fmt::format(
@@ -189,8 +190,11 @@ class Reasons {
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
             "The plant is not linear as the structure is: the residual depends on the {} (p = {:.2g}), and at another "
-            "amplitude the error is another one; use the model at the recorded amplitudes.{}",
-            effect_of(*model_.validation->tests->nonlinearity), c.value, friction_in_the_map());
+            "amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
+            effect_of(*model_.validation->tests->nonlinearity), c.value,
+            may_have_friction(model_, verdict_) ? ", or fit the structure with dry friction (eha fit --model friction)"
+                                                : "",
+            friction_in_the_map());
       case Kind::future_input:
         return fmt::format(
             "The output moves the input: the residual correlates with the input that follows (p = {:.2g}), a "
@@ -300,12 +304,22 @@ class Reasons {
     return {};
   }
 
-  /// Why R2 is low, by the cause of the error.
   /// Whether the output answered to the input in the part that estimated.
   [[nodiscard]] bool answers_in_estimation() const {
     return model_.estimation && model_.estimation->score.r2_percent >= kNoAnswer_percent;
   }
 
+  /// The same of a slow part of the error alone.
+  [[nodiscard]] std::string wandering(const Criterion& c) const {
+    return fmt::format(
+        "The output wanders, whatever the input does: the model follows its faster motion, R2 {:.4g} %, and all of it "
+        "to {} R2 {:.4g} %, below the limit of {:.4g} %; the sensor, the null or the oil's temperature may have "
+        "drifted: check the sensor and its supply, and record again, or fit a part in which it hardly wanders "
+        "(--from, --to).",
+        *model_.validation->faster_r2_percent, c.parameter, c.value, c.limit);
+  }
+
+  /// Why R2 is low, by the cause of the error.
   [[nodiscard]] std::string low_r2(const Criterion& c) const {
     if (cause_ == ErrorCause::white_noise) {
       return fmt::format(
@@ -344,6 +358,13 @@ class Reasons {
           "{}, which is accepted too, leaves nothing over that the input moves: take it where "
           "this matters",
           verdict_.explained_by);
+    }
+    const std::optional<NonlinearKind> kind = nonlinear_kind(model_, verdict_);
+    if (kind == NonlinearKind::motion || kind == NonlinearKind::direction) {
+      return fmt::format("{}record larger amplitudes, beside which friction and play are small",
+                         may_have_friction(model_, verdict_)
+                             ? "fit the structure with dry friction (eha fit --model friction), or "
+                             : "");
     }
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";

@@ -361,6 +361,53 @@ TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
   }
 }
 
+TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
+  Model model = good_model();
+  model.stability.emplace().stable = true;
+  model.stability->margin_rad = 1.0;
+  model.stability->integrator_order = 1.0;
+  model.validation->tests->input.p = 1e-5;
+  model.validation->tests->nonlinearity =
+      NonlinearityTest{{.statistic = 90.0, .degrees = 6, .p = 1e-9}, NonlinearKind::motion};
+  const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
+  ASSERT_GE(reasons.size(), 2U);
+  EXPECT_NE(reasons[0].find("; fit the structure with dry friction (eha fit --model friction), or record larger "
+                            "amplitudes, beside which friction and play are small"),
+            std::string::npos)
+      << reasons[0];
+  EXPECT_NE(reasons[1].find("or fit the structure with dry friction (eha fit --model friction)."), std::string::npos)
+      << reasons[1];
+  for (const std::string& reason : reasons) EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+  // That structure integrates.
+  model.stability->integrator_order = 0.0;
+  for (const std::string& reason : judge(model, {}, {.beside_ladder = true}).reasons) {
+    EXPECT_EQ(reason.find("--model friction"), std::string::npos) << reason;
+    EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+  }
+}
+
+TEST(Verdict, SaysThatTheOutputWandersWhereTheFasterMotionIsFollowed) {
+  Model model = good_model();
+  model.validation->score.r2_percent = 11.8;
+  model.validation->faster_r2_percent = 97.3;
+  model.validation->ljung_box_p = 1e-6;
+  const Verdict verdict = judge(model, {}, {.beside_ladder = true});
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons.at(0).rfind("The output wanders, whatever the input does: the model follows its faster "
+                                        "motion, R2 97.3 %, and all of it to validation R2 11.8 %, below",
+                                        0),
+            0U)
+      << verdict.reasons.at(0);
+  EXPECT_NE(verdict.reasons.at(0).find("check the sensor"), std::string::npos);
+  for (const std::string& reason : verdict.reasons) EXPECT_EQ(reason.find("smaller"), std::string::npos) << reason;
+  // A part of the plant that is missing may wander as well.
+  model.validation->tests->input.p = 1e-5;
+  EXPECT_EQ(judge(model, {}).reasons.at(0).find("wanders"), std::string::npos) << judge(model, {}).reasons.at(0);
+  model.validation->tests->input.p = 0.5;
+  model.validation->faster_r2_percent = 60.0;
+  EXPECT_EQ(judge(model, {}).reasons.at(0).find("wanders"), std::string::npos) << judge(model, {}).reasons.at(0);
+}
+
 TEST(Verdict, CallsANoisySensorOne) {
   Model model = good_model();
   model.validation->score.r2_percent = 60.0;

@@ -148,6 +148,8 @@ std::vector<Wrong> wrong_models() {
       {"SlowlyDriftingSensor", drifting_by(0.15), structures::io(), "residual_drift", "wanders", Grade::usable, 8},
       {"ExchangedColumns", exchanged, structures::io(), "validation_r2_percent", "may be exchanged", Grade::rejected,
        10},
+      {"FarDriftingSensor", drifting_by(3.0), structures::io(), "validation_r2_percent", "The output wanders",
+       Grade::rejected, 5},
       {"LimitedInput", limited, structures::io(), "nonlinearity_p", "the gain falls as the input grows", Grade::usable,
        10},
       {"Play", with_play, structures::io(), "nonlinearity_p", "play, hysteresis or a limited rate", Grade::usable, 10},
