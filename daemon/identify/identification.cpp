@@ -45,6 +45,21 @@ std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
   return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
 }
 
+/// Whether an input moves one way alone, as a step and a ramp do, noise aside.
+bool moves_once(const Eigen::VectorXd& input) {
+  constexpr Eigen::Index kParts = 40;
+  constexpr double kWayOverRange = 1.2;
+  const Eigen::Index rows = input.size() / kParts;
+  if (rows < 1) return false;
+  double way = 0.0;
+  Eigen::VectorXd means(kParts);
+  for (Eigen::Index i = 0; i < kParts; ++i) {
+    means[i] = input.segment(i * rows, rows).mean();
+    if (i > 0) way += std::abs(means[i] - means[i - 1]);
+  }
+  return way < kWayOverRange * std::abs(means[kParts - 1] - means[0]);
+}
+
 /// What to say of a record whose estimating part holds less than two periods of the input's fastest motion: many curves
 /// follow such a piece. A lone pulse is one, and may still tell the plant.
 std::optional<std::string> piece_remark(const IdentificationTask& task) {
@@ -58,6 +73,12 @@ std::optional<std::string> piece_remark(const IdentificationTask& task) {
   const double estimating_s = static_cast<double>(estimating) * step_s;
   const double periods = estimating_s * moves->highest_Hz;
   if (periods >= kFewestPeriods) return {};
+  if (const Eigen::VectorXd& input = task.record.input; moves_once(input)) {
+    return fmt::format(
+        "the input moves once, from {:.3g} to {:.3g}{}: other models may follow one motion as well, with another gain, "
+        "and a longer record of it tells no more: play several steps up and down, or a multisine (eha design)",
+        input[0], input[input.size() - 1], ident::after_number(task.record.input_channel.unit));
+  }
   return fmt::format(
       "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
       "no whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",

@@ -83,6 +83,24 @@ TEST(Identify, SaysOfAPieceThatManyCurvesFollowIt) {
   EXPECT_EQ(found.models.at(0).result.model.provenance.at("remarks"), warning) << "a report has it from there";
 }
 
+TEST(Identify, AsksForMoreMotionsWhereTheInputMovesOnce) {
+  // However long it is recorded, one motion is one.
+  for (const Eigen::Index rows : {600, 6000}) {
+    Source source = lag_source();
+    source.record.input.resize(rows);
+    const double whole = static_cast<double>(rows);
+    for (Eigen::Index k = 0; k < rows; ++k) {
+      source.record.input[k] = 2.0 * (1.0 - std::exp(-10.0 * static_cast<double>(k) / whole));
+    }
+    source.record.output = ident::simulate({{{1.5, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.02);
+    const Identification found = identify(source, task_with_one_pole(source), {}, {});
+    ASSERT_FALSE(found.warnings.empty()) << rows;
+    const std::string& warning = found.warnings.back();
+    EXPECT_EQ(warning.rfind("the input moves once, from 0 to 2", 0), 0U) << warning;
+    EXPECT_NE(warning.find("a longer record of it tells no more: play several steps"), std::string::npos) << warning;
+  }
+}
+
 /// A noisy lag after a single step at a tenth of the record.
 Source step_source() {
   Source source = lag_source();
