@@ -242,6 +242,17 @@ std::string why_unfit(const ident::Model& model) {
   return why;
 }
 
+/// Whether a comparison holds although the inputs differ: both models leave plain noise over, so that no part of the
+/// plant is left that another input would move otherwise, and what changed did so by more than a part within the noise
+/// makes it.
+bool holds_for_other_inputs(const ComparedRun& before, const ComparedRun& after) {
+  if (!ident::leaves_plain_noise(before.fit.model) || !ident::leaves_plain_noise(after.fit.model)) return false;
+  const std::vector<ident::ParameterChange>& parameters = after.change->parameters;
+  return !after.change->changed || std::any_of(parameters.begin(), parameters.end(), [](const auto& p) {
+    return p.changed && std::abs(p.after - p.before) > kShiftByExperiment * p.half_width;
+  });
+}
+
 /// Whether a model leaves more of its own record over than it explains: beside it another one that is as bad does not
 /// hold.
 bool explains_little(const ident::Model& model) {
@@ -283,15 +294,6 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   const Source& first = sources.front();
   RunComparison comparison;
   const std::vector<ident::FitOptions> options = of_one_step(sources, comparison.notes);
-  std::vector<bool> other_inputs;
-  for (const Source& source : sources) {
-    other_inputs.push_back(has_other_input(first.record, source.record));
-    if (other_inputs.back()) {
-      comparison.notes.push_back(
-          fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
-                      source.name, first.name));
-    }
-  }
   for (std::string& sentence : named_warnings(sources)) comparison.notes.push_back(std::move(sentence));
   ident::StructureOptions structure;
   structure.name = comparison.structure = "io_valve";
@@ -306,11 +308,17 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   }
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
-    comparison.runs[i].has_other_input = other_inputs[i];
     comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
+    comparison.runs[i].has_other_input = has_other_input(first.record, sources[i].record) &&
+                                         !holds_for_other_inputs(comparison.runs.front(), comparison.runs[i]);
+    if (comparison.runs[i].has_other_input) {
+      comparison.notes.push_back(
+          fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
+                      sources[i].name, first.name));
+    }
     const bool says_little =
         explains_little(comparison.runs.front().fit.model) || explains_little(comparison.runs[i].fit.model);
     if (says_little || !first_model_holds(comparison.runs[i])) {

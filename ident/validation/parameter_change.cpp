@@ -67,12 +67,6 @@ double slope_in(const Model& model, const std::string& name, const std::string& 
   return std::isfinite(slope) ? slope : 0.0;
 }
 
-/// Whether the model leaves plain noise over: a curved valve would show in it.
-bool leaves_plain_noise(const Model& model) {
-  return model.estimation && model.estimation->noise && model.estimation->noise->coefficients.empty() &&
-         model.estimation->noise->variance > 0.0;
-}
-
 /// Returns the shift of a parameter that the change of another makes, by either model's correlations.
 double shift_by(const ParameterChange& cause, const ParameterChange& p, const Model& before, const Model& after) {
   const double slope =
@@ -95,6 +89,11 @@ void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model
 }
 
 }  // namespace
+
+bool leaves_plain_noise(const Model& model) {
+  return model.estimation && model.estimation->noise && model.estimation->noise->coefficients.empty() &&
+         model.estimation->noise->variance > 0.0;
+}
 
 PlantChange compare_parameters(const Model& before, const Model& after, double level) {
   PlantChange change;

@@ -29,6 +29,9 @@ struct PlantChange {
   bool changed = false;                     ///< at least one parameter changed
 };
 
+/// Whether a model leaves plain noise over: a curved valve or a part that it misses would show in it.
+[[nodiscard]] bool leaves_plain_noise(const Model& model);
+
 /// Compares the parameters of the plant (not those of the record's start) that both models estimated. Among the latter
 /// are input_bias of models that come to rest, and the null of such with a straight map: comes_to_rest().
 /// The intervals are joint: the probability that any of them excludes 0 although nothing changed is at most `level`

@@ -3,8 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
+
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
 #include "tests/unit/identify/twin_source.hpp"
 
 namespace eha::identify {
@@ -154,6 +159,37 @@ TEST(Comparison, TellsOtherInputsAndRefusesOtherUnits) {
   EXPECT_TRUE(compare_runs({one, other}).runs.at(1).has_other_input);
   other.record.output_channel.unit = "bar";
   EXPECT_THROW(static_cast<void>(compare_runs({one, other})), DataError);
+}
+
+/// A lag of `gain` behind a valve's dead band, driven by levels that the seed draws, and plain noise.
+Source linear_source(std::uint64_t seed, double gain) {
+  ident::PortableDraw draw(seed);
+  Source source;
+  source.name = "lag.csv";
+  source.record.step_s = 0.02;
+  source.record.input.resize(3000);
+  Eigen::VectorXd flow(3000);
+  double u = 0.0;
+  for (Eigen::Index k = 0; k < 3000; ++k) {
+    if (k % 25 == 0) u = 1.5 * draw.normal();
+    source.record.input[k] = u;
+    flow[k] = std::abs(u) > 0.3 ? u - std::copysign(0.3, u) : 0.0;
+  }
+  source.record.output = ident::simulate({{{gain, 0.0}}, {{0.03, 2.0}, {0.4, 1.0}, {1.0, 0.0}}, 0.0}, flow, 0.02);
+  for (double& y : source.record.output) y += 0.02 * draw.normal();
+  return source;
+}
+
+TEST(Comparison, HoldsTheParametersOfOtherInputsAgainstEachOtherWherePlainNoiseIsLeftOver) {
+  const Source before = linear_source(1, 5.0);
+  const RunComparison same = compare_runs({before, linear_source(2, 5.0)});
+  EXPECT_FALSE(same.runs.at(1).has_other_input);
+  EXPECT_FALSE(same.runs.at(1).change->changed);
+  EXPECT_TRUE(same.notes.empty());
+  const RunComparison grown = compare_runs({before, linear_source(3, 5.5)});
+  EXPECT_FALSE(grown.runs.at(1).has_other_input);
+  EXPECT_TRUE(grown.runs.at(1).change->changed);
+  EXPECT_EQ(grown.runs.at(1).change->parameters.front().name, "K");
 }
 
 }  // namespace
