@@ -8,6 +8,7 @@
 #include <complex>
 #include <numbers>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ident/fractional/poles.hpp"
@@ -94,26 +95,62 @@ double covariance(const Model& model, const ParameterEstimate& a, const Paramete
   return i < known.matrix.size() && k < known.matrix[i].size() ? known.matrix[i][k] * a.std * b.std : 0.0;
 }
 
-/// Half the 95 % intervals of gain and time constant of K/(s + a0), to first order in the errors of K and a0.
-struct LagIntervals {
-  double gain = 0.0;
-  double time_s = 0.0;
+/// The derivative of a figure by the coefficient of a term.
+struct Slope {
+  Term of;
+  double value = 0.0;
 };
 
-/// None for another structure. @param denominator  the lowest order first
-std::optional<LagIntervals> lag_intervals(const Model& model, const std::vector<Term>& denominator) {
-  const bool is_lag = denominator.size() == 2 && std::abs(denominator[0].order) <= kWhole &&
-                      std::abs(denominator[1].order - 1.0) <= kWhole &&
-                      std::abs(denominator[1].coefficient - 1.0) <= kWhole;
-  const ParameterEstimate* k = parameter(model, [](const ParameterEstimate& p) { return p.name == "K"; });
-  const ParameterEstimate* a0 = parameter(model, [](const ParameterEstimate& p) { return p.name == "a0"; });
-  if (!is_lag || k == nullptr || a0 == nullptr || a0->fixed || !(std::abs(a0->value) > 0.0)) return std::nullopt;
-  const double by_k = 1.0 / a0->value;
-  const double by_a0 = -k->value / (a0->value * a0->value);
-  const double variance = by_k * by_k * covariance(model, *k, *k) + by_a0 * by_a0 * covariance(model, *a0, *a0) +
-                          2.0 * by_k * by_a0 * covariance(model, *k, *a0);
-  return LagIntervals{kInterval95 * std::sqrt(std::max(0.0, variance)),
-                      kInterval95 * a0->std / (a0->value * a0->value)};
+/// The estimated parameter that a coefficient is, null for a held one; none where it is not known, or several have its
+/// value.
+std::optional<const ParameterEstimate*> coefficient_of(const Model& model, const Term& term) {
+  std::optional<const ParameterEstimate*> found;
+  if (std::abs(term.coefficient - 1.0) <= kWhole) found = nullptr;  // that of the normalised term
+  for (const ParameterEstimate& p : model.parameters) {
+    if (!is_coefficient(p.role)) continue;
+    if (std::abs(p.value - term.coefficient) > kItself * std::abs(term.coefficient)) continue;
+    if (found && *found != nullptr) return std::nullopt;
+    found = p.fixed ? nullptr : &p;
+  }
+  return found;
+}
+
+/// Half the 95 % interval of a figure to first order in the errors of the coefficients; none where that is no guide, as
+/// it is wider than the figure.
+std::optional<double> half_width(const Model& model, double figure, const std::vector<Slope>& slopes) {
+  constexpr double kRounding = 1e-6;
+  std::vector<std::pair<const ParameterEstimate*, double>> free;
+  for (const Slope& slope : slopes) {
+    const auto of = coefficient_of(model, slope.of);
+    if (!of) return std::nullopt;
+    if (*of == nullptr) continue;
+    if (!std::isfinite((*of)->std)) return std::nullopt;
+    free.emplace_back(*of, slope.value);
+  }
+  double variance = 0.0;
+  for (const auto& [a, by_a] : free) {
+    for (const auto& [b, by_b] : free) variance += by_a * by_b * covariance(model, *a, *b);
+  }
+  const double half = kInterval95 * std::sqrt(std::max(0.0, variance));
+  return half > kRounding * std::abs(figure) && half < std::abs(figure) ? std::optional(half) : std::nullopt;
+}
+
+/// The same of the gain, the quotient of two terms.
+std::optional<double> gain_half_width(const Model& model, const Term& above, const Term& below) {
+  const double gain = above.coefficient / below.coefficient;
+  return half_width(model, gain, {{above, 1.0 / below.coefficient}, {below, -gain / below.coefficient}});
+}
+
+/// The same of what is made of a root. @param slope  of the figure, for a motion of the root
+template <typename SlopeOf>
+std::optional<double> root_half_width(const Model& model, const std::vector<Term>& terms, std::complex<double> root,
+                                      double figure, const SlopeOf& slope) {
+  std::complex<double> derivative = 0.0;
+  for (const Term& term : terms) derivative += term.coefficient * term.order * std::pow(root, term.order - 1.0);
+  if (!(std::abs(derivative) > 0.0)) return std::nullopt;
+  std::vector<Slope> slopes;
+  for (const Term& term : terms) slopes.push_back({term, slope(-std::pow(root, term.order) / derivative)});
+  return half_width(model, figure, slopes);
 }
 
 /// A figure with half its 95 % interval, where that and the sign are known.
@@ -125,25 +162,37 @@ std::string with_known(double value, std::optional<double> half_width, const std
 
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
 std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
-                       std::string_view plus_minus, std::optional<double> left_out_s = {},
-                       std::optional<double> half_width_s = {}) {
+                       std::string_view plus_minus, std::optional<double> left_out_s = {}) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return {};
   std::string text;
   for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
     const double size = std::abs(root);
+    const auto shown = [&](double figure, int digits, const auto& slope) {
+      return with_known(figure, root_half_width(model, terms, root, figure, slope),
+                        fmt::format("{:.{}g}", figure, digits), plus_minus);
+    };
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
       if (left_out_s && std::abs(time_s / *left_out_s - 1.0) < 1e-6) continue;
       const ParameterEstimate* itself = parameter(model, [&](const ParameterEstimate& p) {
         return !p.fixed && std::abs(p.value - time_s) <= kItself * std::abs(time_s);
       });
-      text += fmt::format("; {} = {} s{}", real,
-                          with_known(time_s, half_width_s, figure_text(time_s, 4, itself, plus_minus), plus_minus),
-                          unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
+      text +=
+          fmt::format("; {} = {} s{}", real,
+                      itself != nullptr
+                          ? figure_text(time_s, 4, itself, plus_minus)
+                          : shown(time_s, 4, [&](std::complex<double> move) { return time_s * time_s * move.real(); }),
+                      unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
     } else if (root.imag() > 0.0) {
-      text += fmt::format("; {} = {:.4g} Hz, D = {:.3g}{}", pair, size / (2.0 * std::numbers::pi), -root.real() / size,
-                          unseen_text(model, size));
+      const double turn = 2.0 * std::numbers::pi;
+      const double damping = -root.real() / size;
+      const auto of_size = [&](std::complex<double> move) { return (std::conj(root) * move).real() / size; };
+      text += fmt::format(
+          "; {} = {} Hz, D = {}{}", pair,
+          shown(size / turn, 4, [&](std::complex<double> move) { return of_size(move) / turn; }),
+          shown(damping, 3, [&](std::complex<double> move) { return (-move.real() - damping * of_size(move)) / size; }),
+          unseen_text(model, size));
     }
   }
   return text;
@@ -169,7 +218,7 @@ std::string gain_text(const Model& model, double gain, std::string_view plus_min
                       std::optional<double> half_width = {}) {
   const ParameterEstimate* k = parameter(model, [](const ParameterEstimate& p) { return p.name == "K"; });
   const bool is_other = k != nullptr && !(std::abs(gain - k->value) <= kSameGain * std::abs(k->value));
-  return (is_other ? "K/a0 = " : "K = ") + with_known(gain, is_other ? half_width : std::nullopt,
+  return (is_other ? "K/a0 = " : "K = ") + with_known(gain, is_other || k == nullptr ? half_width : std::nullopt,
                                                       figure_text(gain, 4, is_other ? nullptr : k, plus_minus),
                                                       plus_minus);
 }
@@ -184,20 +233,20 @@ std::string linear_text(const Model& model, std::string_view plus_minus) {
   const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
   const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
   const double gain = numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0);
-  const std::optional<LagIntervals> lag =
-      numerator.size() == 1 && !slow_s ? lag_intervals(model, denominator) : std::nullopt;
-  std::string text = gain_text(model, gain, plus_minus, lag ? std::optional(lag->gain) : std::nullopt) +
-                     (unit.empty() ? "" : " " + unit);
+  const std::optional<double> of_gain =
+      slow_s ? std::nullopt : gain_half_width(model, numerator.front(), denominator.front());
+  std::string text = gain_text(model, gain, plus_minus, of_gain) + (unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
-  text +=
-      roots_text(model, denominator, "T", "f0", plus_minus, slow_s, lag ? std::optional(lag->time_s) : std::nullopt) +
-      roots_text(model, numerator, "TD", "zeros at", plus_minus);
+  text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +
+          roots_text(model, numerator, "TD", "zeros at", plus_minus);
   if (g.delay_s > 0.0) {
     const ParameterEstimate* delay =
         parameter(model, [](const ParameterEstimate& p) { return p.role == ParameterRole::delay; });
-    text +=
-        fmt::format("; dead time {} ms{}", figure_text(1e3 * g.delay_s, 3, delay, plus_minus, 1e3), or_lag_text(model));
+    const bool is_long = g.delay_s >= 1.0;
+    const double factor = is_long ? 1.0 : 1e3;
+    text += fmt::format("; dead time {} {}{}", figure_text(factor * g.delay_s, 3, delay, plus_minus, factor),
+                        is_long ? "s" : "ms", or_lag_text(model));
   }
   return text;
 }

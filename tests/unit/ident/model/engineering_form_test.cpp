@@ -82,6 +82,32 @@ TEST(EngineeringForm, GivesTheIntervalsOfGainAndTimeConstantOfALag) {
   EXPECT_EQ(engineering_form(model), "K/a0 = 15 in/V; T = 0.4 s");
 }
 
+TEST(EngineeringForm, GivesTheIntervalsOfFrequencyAndDamping) {
+  // 200 / (0.01 s^2 + s + 100): 100 rad/s, damping 0.5.
+  Model model = model_of({{{200.0, 0.0}}, {{0.01, 2.0}, {1.0, 1.0}, {100.0, 0.0}}, 15.0});
+  const auto add = [&](const char* name, double value, double std, ParameterRole role) {
+    model.parameters.push_back({.name = name,
+                                .value = value,
+                                .std = std,
+                                .lower95 = value - 1.96 * std,
+                                .upper95 = value + 1.96 * std,
+                                .role = role});
+  };
+  add("K", 200.0, 2.0, ParameterRole::numerator_coefficient);
+  add("a2", 0.01, 0.0002, ParameterRole::denominator_coefficient);
+  add("a0", 100.0, 2.0, ParameterRole::denominator_coefficient);
+  add("delay_s", 15.0, 0.06, ParameterRole::delay);
+  // f0 goes with (a0/a2)^0.5 and D with (a0 a2)^-0.5: half of 2.8 % each, times 1.96.
+  EXPECT_EQ(engineering_form(model, "+-"),
+            "K/a0 = 2.000 +- 0.088 in/V; f0 = 15.92 +- 0.44 Hz, D = 0.500 +- 0.014; dead time 15.00 +- 0.12 s");
+  // What moves both alike leaves the frequency as it is.
+  model.estimation.emplace().correlation =
+      ParameterCorrelation{{"K", "a2", "a0"}, {{1.0, 0.0, 0.0}, {0.0, 1.0, 1.0}, {0.0, 1.0, 1.0}}, {}};
+  EXPECT_NE(engineering_form(model, "+-").find("; f0 = 15.92 Hz, D = 0.500 +- 0.020"), std::string::npos)
+      << engineering_form(model, "+-");
+  EXPECT_NE(engineering_form(model).find("; f0 = 15.92 Hz, D = 0.5; dead time 15 s"), std::string::npos);
+}
+
 TEST(EngineeringForm, IsNoneForAFractionalOrder) {
   EXPECT_EQ(engineering_form(model_of({{{1.0, 0.0}}, {{0.5, 1.75}, {1.0, 0.9}, {0.1, 0.0}}, 0.0})), "");
 }
