@@ -357,12 +357,39 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
   return imported;
 }
 
+/// The same question with all that its command needs: rows that only --resample reads are named at once.
+std::string asked_at_once(const ColumnsAsked& asked, const std::filesystem::path& path, const Progress& progress) {
+  const auto refusal = [&](const Options& options) -> std::optional<std::string> {
+    try {
+      static_cast<void>(import_record(path, options, progress));
+      return std::nullopt;
+    } catch (const Error& error) {
+      return error.what();
+    }
+  };
+  Options answer = asked.answer();
+  const std::optional<std::string> why = answer.resample ? std::nullopt : refusal(answer);
+  answer.resample = true;
+  if (!why || refusal(answer)) return asked.what();
+  return fmt::format("{} Its rows need --resample: {}. For example: `{} --resample`", asked.question(),
+                     why->substr(0, why->find(';')), asked.command());
+}
+
+/// The roles of a record's columns, or one refusal with all that is needed.
+Roles roles_of(Table& table, const std::filesystem::path& path, const Options& options, const Progress& progress) {
+  try {
+    return find_record(table, path, options);
+  } catch (const ColumnsAsked& asked) {
+    throw DataError(asked_at_once(asked, path, progress));
+  }
+}
+
 }  // namespace
 
 Imported import_record(const std::filesystem::path& path, const Options& options, const Progress& progress) {
   check(options);
   const std::unique_ptr<Table> table = open_table(path, options);
-  const Roles roles = find_record(*table, path, options);
+  const Roles roles = roles_of(*table, path, options, progress);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
   Imported imported = assembled(rows, *table, roles, path, options);

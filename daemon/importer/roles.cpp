@@ -367,8 +367,13 @@ class Finder {
     if (!options_.input) extra += fmt::format("--input {} ", *input + 1);
     if (!options_.output) extra += fmt::format("--output {} ", *output + 1);
     extra.pop_back();
-    throw DataError(fmt::format("{}: which columns are input and output? It has {} columns: {}. For example: `{}`",
-                                table_.place(), columns_.size(), list(), command(extra)));
+    Options answer = options_;
+    if (roles.time && !options_.time && times_.empty()) answer.time = std::to_string(*roles.time + 1);
+    if (!options_.input) answer.input = std::to_string(*input + 1);
+    if (!options_.output) answer.output = std::to_string(*output + 1);
+    throw ColumnsAsked(fmt::format("{}: which columns are input and output? It has {} columns: {}.", table_.place(),
+                                   columns_.size(), list()),
+                       std::move(answer), command(extra));
   }
 
   [[nodiscard]] std::size_t input_in(const std::string& unit, const std::vector<std::size_t>& left) const {

@@ -6,8 +6,11 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/error.hpp"
+#include "daemon/importer/options.hpp"
 #include "daemon/importer/table.hpp"
 
 namespace eha::importer {
@@ -27,13 +30,33 @@ struct Roles {
   bool by_order = false;                   ///< names and units do not say which is input and which output
 };
 
+/// Which columns a record is made of is a question.
+class ColumnsAsked : public DataError {
+ public:
+  /// @param question  with the columns   @param answer  the likeliest one, as options of a command
+  ColumnsAsked(std::string question, Options answer, const std::string& command)
+      : DataError(question + " For example: `" + command + "`"),
+        question_(std::move(question)),
+        answer_(std::move(answer)),
+        command_(command) {}
+
+  [[nodiscard]] const std::string& question() const { return question_; }
+  [[nodiscard]] const Options& answer() const { return answer_; }
+  [[nodiscard]] const std::string& command() const { return command_; }
+
+ private:
+  std::string question_;
+  Options answer_;
+  std::string command_;
+};
+
 /// The last column of a record that `eha import --resample` wrote.
 inline constexpr std::string_view kFilledColumn = "filled";
 
 /// Finds time, input and output: as the options say, else by names and units of English, German and French, else, of
 /// exactly three columns, by their order. Columns that number the rows and columns of text are left out. With --period
 /// a column that --time names is neither input nor output.
-/// @throws DataError   more than one choice is left: lists the columns, and gives a command that works
+/// @throws ColumnsAsked  more than one choice is left: lists the columns, and gives a command that works
 /// @throws UsageError  an option names no column, or one of text
 [[nodiscard]] Roles find_record(Table& table, const std::filesystem::path& path, const Options& options);
 

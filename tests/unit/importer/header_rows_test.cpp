@@ -188,6 +188,18 @@ TEST_F(ImportedFile, HasTheSignOfInfinityForAnOverload) {
   EXPECT_EQ(imported.filled, std::vector<std::size_t>{100});
 }
 
+TEST_F(ImportedFile, IsRefusedOnceWithAllThatItNeeds) {
+  const auto path = write("over.csv", Rig::rows("Time,Channel A,Channel B\n(ms),(V),(mV)\n\n", [](int k) {
+                            return fmt::format("{},{:.4f},{}", 10 * k, Rig::volts(k),
+                                               k == 100 ? "\xE2\x88\x9E" : fmt::format("{:.4f}", Rig::place(k)));
+                          }));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("which columns are input and output?"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find(" Its rows need --resample: "), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("--input 2 --output 3 --resample`"), std::string::npos) << refusal;
+  EXPECT_EQ(answered(path, refusal).filled, std::vector<std::size_t>{100});
+}
+
 TEST_F(ImportedFile, IsSaidToBeExchangedAfterAnAnswerToo) {
   double place = 0.0;
   const auto path = write("ai.csv", Rig::rows("Time (s),AI0 (V),AI1 (V)\n", [&](int k) {
