@@ -369,8 +369,8 @@ class Reasons {
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }
-    return model_.input_map ? "fit the other structures too (eha fit without --model)"
-                            : "try the valve map (--input-map valve)";
+    return model_.input_map || model_.grey_box ? "fit the other structures too (eha fit without --model)"
+                                               : "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {

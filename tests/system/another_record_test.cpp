@@ -129,5 +129,60 @@ TEST(ExchangedColumns, AreSuspectedWhereEveryModelIsRejected) {
   EXPECT_EQ(all.find("is read more slowly"), std::string::npos) << all;
 }
 
+/// Tones to a mass with dry friction of 0.33 V, that a lag of 83 ms and 5 mm/(V s) follow while it moves.
+std::string with_friction() {
+  ident::PortableDraw draw(1);
+  std::string text = "time_s,valve_V,rod_mm\n";
+  double x = 0.0;
+  double speed = 0.0;
+  for (int k = 0; k < 3000; ++k) {
+    const double t = 0.02 * k;
+    double u = 0.0;
+    for (int i = 1; i <= 9; ++i) {
+      u += 0.5 * std::sin(2.0 * std::numbers::pi * 0.05 * i * (i + 1) / 2.0 * t + 0.7 * i * i);
+    }
+    text += fmt::format("{:.2f},{:.4f},{:.4f}\n", t, u, x + 0.01 * draw.normal());
+    for (int part = 0; part < 20; ++part) {
+      const double pushed = speed + 0.001 / 0.083 * (5.0 * u - speed);
+      speed = std::copysign(std::max(0.0, std::abs(pushed) - 0.001 / 0.083 * 5.0 * 0.33), pushed);
+      x += 0.001 * speed;
+    }
+  }
+  return text;
+}
+
+TEST(DryFriction, IsOfferedAsAStructureWhichDescribesIt) {
+  const TemporaryFolder folder;
+  folder.write("f.csv", with_friction());
+  const Ended ended = run_eha({"fit", "f.csv", "--model", "integrator_lag_valve"}, folder.path());
+  EXPECT_NE(ended.out.find("Next: eha fit f.csv --model friction -o models"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("smaller amplitudes"), std::string::npos) << ended.out;
+  const Ended offered = run_eha(
+      {"fit", "f.csv", "--model", "integrator_lag_valve", "--model", "friction", "-o", "models"}, folder.path());
+  EXPECT_EQ(offered.code, 0) << offered.out << offered.err;
+  EXPECT_EQ(offered.out.find("--input-map"), std::string::npos) << "which a grey box cannot have: " << offered.out;
+  EXPECT_NE(offered.out.find("recommended     friction ("), std::string::npos) << offered.out;
+}
+
+TEST(DriftingSensor, IsSaidToWander) {
+  const TemporaryFolder folder;
+  ident::PortableDraw draw(3);
+  std::string text = "time_s,valve_V,rod_mm\n";
+  double y = 0.0;
+  for (int k = 0; k < 2000; ++k) {
+    double u = 0.0;
+    for (int i = 1; i <= 9; ++i) u += 0.7 * std::sin(0.31 * i * (i + 1) / 2.0 * 0.05 * k + 0.7 * i * i);
+    text += fmt::format("{:.2f},{:.4f},{:.4f}\n", 0.05 * k, u, y + 0.01 * k + 0.02 * draw.normal());
+    y += (1.0 - std::exp(-0.05 / 0.3)) * (5.0 * u - y);
+  }
+  folder.write("d.csv", text);
+  const Ended ended = run_eha({"fit", "d.csv"}, folder.path());
+  EXPECT_EQ(ended.code, 3) << ended.out;
+  EXPECT_NE(ended.out.find("because         The output wanders, whatever the input does"), std::string::npos)
+      << ended.out;
+  EXPECT_NE(ended.out.find("Next: eha plot d.csv"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("smaller amplitudes"), std::string::npos) << ended.out;
+}
+
 }  // namespace
 }  // namespace eha::test
