@@ -16,6 +16,7 @@
 #include "core/os/files.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/rig/narrower_limits.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::service {
@@ -57,7 +58,8 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   }
   const fs::path folder = check_folder(submission->entries.front().id).parent_path();
   disk_thread_.ask(
-      [submission, folder] {
+      [submission, folder, rig_file = options_.rig_file] {
+        require_no_narrower_limits(*submission->rig, rig_file);
         for (Entry& entry : submission->entries) {
           // Finds errors of the text itself at once; reads no file that it names.
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);

@@ -11,6 +11,7 @@
 #include "daemon/ehad/play.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/rig/narrower_limits.hpp"
 
 namespace eha::service {
 namespace {
@@ -132,7 +133,8 @@ void Supervisor::start(Entry& entry) {
   active_->watch->board.publish(first);
   // State `running` and the folder's name are saved before the rig moves, so a crash never replays an experiment.
   disk_thread_.ask(
-      [this, entry, in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB]() mutable {
+      [this, entry, rig = rig_.config(), in_use = runs_in_use(), budget_GiB = config_.disk_budget_GiB]() mutable {
+        require_no_narrower_limits(*rig, options_.rig_file);
         make_room(in_use, budget_GiB);
         const fs::path folder = record::create_run_folder(runs_folder(), entry.name);
         entry.run = folder.filename().string();

@@ -13,9 +13,11 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/os/file_descriptor.hpp"
+#include "core/os/files.hpp"
 #include "daemon/control/socket_address.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
@@ -326,6 +328,45 @@ TEST_F(ServiceStart, WarnsAtArmingOfARigFileThatWasEditedAndNotRead) {
   const Ended armed = run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder());
   EXPECT_NE(armed.err.find("was edited since ehad read it, and the limits of before are in force"), std::string::npos)
       << armed.err;
+}
+
+TEST_F(ServiceStart, MovesNothingOnLimitsWiderThanThoseOfTheEditedRigFile) {
+  client_->call("arm");
+  std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
+  const std::string sound = os::read_file(daemon_.rig_file());
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# a remark\n";
+  const Ended remarked = run_eha({"goto", "3.2in", "--fast", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(remarked.code, 0) << "an edit that narrows nothing: " << remarked.err;
+  std::string narrower = sound;
+  const std::string wide = "command_max_V = 5.0";
+  ASSERT_NE(narrower.find(wide), std::string::npos);
+  std::ofstream(daemon_.rig_file()) << narrower.replace(narrower.find(wide), wide.size(), "command_max_V = 3.0");
+  for (std::vector<std::string> words : std::vector<std::vector<std::string>>{
+           {"goto", "3.2in"}, {"jog", "+0.2in"}, {"run", "quiet.toml"}, {"characterise"}}) {
+    words.insert(words.end(), {"--fast", "--socket", daemon_.socket()});
+    const Ended refused = run_eha(words, daemon_.folder());
+    EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration)) << words.front() << refused.err;
+    EXPECT_NE(refused.err.find("command_max 3 V (5 V in force)"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("eha disarm, eha reload, eha arm"), std::string::npos) << refused.err;
+  }
+  EXPECT_EQ(client_->call("stop").at("stopped"), "disarmed");
+  EXPECT_EQ(client_->call("disarm").at("state"), "idle");
+  client_->call("reload");
+  client_->call("arm");
+  EXPECT_EQ(run_eha({"goto", "3.2in", "--fast", "--socket", daemon_.socket()}, daemon_.folder()).code, 0);
+}
+
+TEST_F(ServiceStart, GivesUpAHeldExperimentWhoseRigFileWasNarrowedMeanwhile) {
+  const std::int64_t held = submit(*client_, quiet_experiment_text("held", 2.0), false);
+  client_->call("arm");
+  std::string text = os::read_file(daemon_.rig_file());
+  const std::string wide = "command_max_V = 5.0";
+  std::ofstream(daemon_.rig_file()) << text.replace(text.find(wide), wide.size(), "command_max_V = 3.0");
+  client_->call("release", {{"entry", held}});
+  EXPECT_TRUE(reaches(held, "over"));
+  const Json entry = entry_of(daemon_, held);
+  EXPECT_EQ(entry.at("outcome"), "refused") << entry;
+  EXPECT_NE(entry.at("note").get<std::string>().find("command_max 3 V (5 V in force)"), std::string::npos) << entry;
 }
 
 TEST_F(ServiceStart, HoldsWhatACommandWithoutItsTerminalHadQueued) {

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "config/rig_config.hpp"
+
+namespace eha {
+
+/// Returns the limits that one rig file sets narrower than another, of travel, command range, velocity and slew, such
+/// as "command_max 3 V (5 V in force)"; lengths in the unit of the rig in force.
+[[nodiscard]] std::vector<std::string> narrower_limits(const config::RigConfig& in_force,
+                                                       const config::RigConfig& edited);
+
+/// Refuses a motion on limits that the owner of the rig has narrowed since they were read. Reads the file. One that is
+/// not valid narrows nothing: nobody can tell which limits it means.
+/// @throws ConfigError
+void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file);
+
+}  // namespace eha
