@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 namespace eha::acquisition {
 namespace {
 
@@ -15,6 +17,37 @@ std::string told_apart(double value, double other) {
   int digits = kFewest;
   while (digits < kMost && fmt::format("{:.{}f}", value, digits) == fmt::format("{:.{}f}", other, digits)) ++digits;
   return fmt::format("{:.{}f}", value, digits);
+}
+
+/// Motion below it is of a sensor's noise and resolution.
+constexpr double kNoMotion_in = 0.0005;
+
+constexpr const char* kAnew = "comment [following] out in the rig file, and `eha characterise` measures it anew";
+
+/// A closed loop drove the rod, which did not move as it must. @param moved_in  towards the command   @param due_in
+/// [in]
+std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit& unit) {
+  const double factor = unit.factor("in");
+  const std::string length = unit.of("in");
+  // Noise of a reading that stands still does not go back further than the way that was due.
+  if (moved_in < -std::max(due_in, kNoMotion_in)) {
+    const std::string shown =
+        due_in < kNoMotion_in ? fmt::format("{:.2g} {} of motion while no motion was due", -factor * moved_in, length)
+                              : fmt::format("{:.2g} {} the other way where {:.2g} {} were due", -factor * moved_in,
+                                            length, factor * due_in, length);
+    return fmt::format(
+        "a closed loop drove the rod, and the sensor shows {}; likely, in this order: the null of [following] in the "
+        "rig file is wrong, the sign of valve or sensor is, the sensor's wire is open: see that `eha read` follows the "
+        "rod; if it does, {}",
+        shown, kAnew);
+  }
+  return fmt::format(
+      "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
+      "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop (calibration), "
+      "null or dead band of [following] in the rig file wrong: switch on, plug in, see that `eha read` follows the "
+      "rod; "
+      "if it does, `eha characterise` measures null and dead band; if it trips, too, {3}",
+      factor * moved_in, factor * due_in, length, kAnew);
 }
 
 std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
@@ -106,12 +139,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
           "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
           value, limit);
     case Fault::no_motion:
-      return fmt::format(
-          "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
-          "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop "
-          "(calibration), null or dead band of [following] in the rig file wrong: switch on, plug in, see that `eha "
-          "read` follows the rod; if it does, `eha characterise` measures null and dead band",
-          shown_value, shown_limit, length);
+      return describe_no_motion(value, limit, unit);
     case Fault::not_in_place:
       return fmt::format(
           "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at the way "

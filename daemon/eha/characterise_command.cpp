@@ -36,8 +36,8 @@ Prints the sheet in the terms of ISO 10770-1 (null, dead band, velocity gain eac
 experiment files; writes valve_sheet.json and report.html into the run folder.
 With [following] in the rig file, the volts are centred on its null and go beyond its dead band. Without it the middle
 of the travel is explored first, at 0.7 mm/s (0.028 in/s), which takes some three minutes more; before a real actuator
-moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If the following check stops the run because
-[following] is wrong, comment [following] out for this run.
+moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If a fault ends the run because [following] is
+wrong, comment [following] out for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 -o RIG.toml writes the rig file with these numbers in [following], in millimetres where its units are "mm"; all else,
 comments too, stays. No file is overwritten.

@@ -19,6 +19,7 @@
 #include "core/display_unit.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/identification_report.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -172,12 +173,9 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
   if (!acquisition::is_whole(run.report.outcome)) console.error(acquisition::describe(run.report, unit));
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
-  using acquisition::Fault;
-  if (characterises &&
-      (run.report.fault.fault == Fault::unexplained_motion || run.report.fault.fault == Fault::not_following)) {
-    console.info(
-        "if [following] of the rig file was not measured yet, comment it out for this run: it is what this run "
-        "measures");
+  if (characterises && rig.limits.following) {
+    const std::string way_out = way_out_of_following(acquisition::to_text(run.report.fault.fault), rig.file_name);
+    if (!way_out.empty()) console.info(way_out);
   }
   if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
   std::error_code unknown;

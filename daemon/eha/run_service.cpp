@@ -21,6 +21,7 @@
 #include "config/tone_grid.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -101,6 +102,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   if (purpose == record::Purpose::tracking) return show_track(record::OpenRun(folder), TrackFiles::keep, console);
   if (code != ExitCode::ok && !note.empty()) console.error(note);
+  if (code == ExitCode::safety_trip && rig.value("characterised", false) &&
+      purpose_of(folder, console) == record::Purpose::valve_sheet) {
+    if (const std::string way_out = way_out_of_following(note, rig.value("file", "")); !way_out.empty())
+      console.info(way_out);
+  }
   if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&

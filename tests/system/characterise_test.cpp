@@ -117,6 +117,32 @@ TEST_F(Characterise, ShowsTheSheetOfARunAgainAndRefusesAnother) {
   EXPECT_NE(refused.err.find("is no run of [characterise]"), std::string::npos) << refused.err;
 }
 
+/// The sample rig file with another null of [following] than the valve's.
+std::string rig_with_null(const char* null_V) {
+  std::string text = content_of(source_file("config/rigs/sim.toml"));
+  const std::string sound = "\nnull_V = -0.2 ";
+  return text.replace(text.find(sound), sound.size(), std::string("\nnull_V = ") + null_V + " ");
+}
+
+TEST(CharacteriseWithAWrongNull, SaysHowTheValveIsMeasuredWithoutFollowing) {
+  const TemporaryFolder folder;
+  for (const char* null_V : {"0.9", "-1.2", "0.4"}) {
+    folder.write("rig.toml", rig_with_null(null_V));
+    const Ended ended = run_eha({"characterise", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+    EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+    EXPECT_NE(ended.err.find("a wrong [following] of rig.toml can cause this"), std::string::npos) << ended.err;
+    EXPECT_EQ(ended.err.find("e-05"), std::string::npos) << ended.err;
+  }
+  std::string text = rig_with_null("0.9");
+  const std::size_t first = text.find("[following]");
+  for (std::size_t line = first; text.compare(line, 6, "# How ") != 0; line = text.find('\n', line) + 1) {
+    text.insert(line, "# ");
+  }
+  folder.write("rig.toml", text);
+  const Ended anew = run_eha({"characterise", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(anew.code, 0) << anew.err;
+}
+
 TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
   const TemporaryFolder folder;
   const Ended ended =

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace eha::cli {
+
+/// Says how to measure the valve of a rig whose characterisation was ended by a fault that a wrong [following] can
+/// cause; empty for another fault.
+/// @param fault  its name, such as "no_motion", or a sentence that begins with it
+[[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file);
+
+}  // namespace eha::cli

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "daemon/acquisition/run_report.hpp"
+
+namespace eha::acquisition {
+namespace {
+
+/// What a rod that did not follow a closed loop is said to have done.
+std::string text_of(double moved_in, double due_in, const DisplayUnit& unit = {}) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.fault = {.fault = Fault::no_motion, .at_ns = 343'000'000, .value = moved_in, .limit = due_in};
+  return describe(report, unit);
+}
+
+bool holds(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+
+TEST(FaultText, SaysOfARodThatStandsWhatWasDueAndNamesTheHydraulicsFirst) {
+  const std::string text = text_of(0.0002, 0.0034);
+  EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; likely, in this order: hydraulics off"))
+      << text;
+  EXPECT_FALSE(holds(text, "other way")) << text;
+  EXPECT_TRUE(holds(text, "`eha characterise` measures null and dead band")) << text;
+  EXPECT_TRUE(holds(text, "if it trips, too, comment [following] out")) << text;
+}
+
+TEST(FaultText, NamesTheNullFirstWhereTheRodMovedTheOtherWay) {
+  const std::string text = text_of(-0.0021, 0.00092);
+  EXPECT_TRUE(holds(text, "the sensor shows 0.0021 in the other way where 0.00092 in were due")) << text;
+  EXPECT_TRUE(holds(text,
+                    "likely, in this order: the null of [following] in the rig file is wrong, the sign of valve or "
+                    "sensor is"))
+      << text;
+  EXPECT_FALSE(holds(text, "hydraulics off")) << text;
+  EXPECT_TRUE(holds(text, "comment [following] out")) << text;
+}
+
+TEST(FaultText, PrintsNoDistanceBelowTheNoiseOfASensor) {
+  const std::string text = text_of(-0.00295, 4.2e-05, DisplayUnit("mm"));
+  EXPECT_TRUE(holds(text, "the sensor shows 0.075 mm of motion while no motion was due")) << text;
+  EXPECT_FALSE(holds(text, "e-0")) << text;
+}
+
+TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
+  const std::string text = text_of(-0.0004, 0.0031);
+  EXPECT_TRUE(holds(text, "hydraulics off")) << text;
+  EXPECT_FALSE(holds(text, "other way")) << text;
+}
+
+}  // namespace
+}  // namespace eha::acquisition
