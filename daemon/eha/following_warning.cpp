@@ -18,7 +18,6 @@
 #include "daemon/report/display.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "daemon/sheet/run_sheet.hpp"
-#include "daemon/tune/following_agreement.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -68,21 +67,19 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
   const auto null_V = value("null_V");
   const auto dead_band_V = value("dead_band_V");
   if (!null_V || !dead_band_V) return std::nullopt;
-  return FoundValve{.zone = {*null_V, std::max(0.0, *dead_band_V)},
+  return FoundValve{.map = {.zone = {*null_V, std::max(0.0, *dead_band_V)}},
                     .source = fmt::format("the valve sheet of {}", run.string()),
                     .remedy = fmt::format("eha characterise {} -o rig-new.toml", shell_word(run.string()))};
 }
 
 bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
-  const double shift_V = tune::shift_beyond_V(ident::reported_map_error(model));
-  return config::is_of_one_valve({model.input_map->null, model.input_map->dead_band}, sheet.zone, {shift_V, shift_V});
+  return tune::is_of_one_valve(sheet.map.zone, tune::found_map(model));
 }
 
 FoundValve valve_of_model(const ident::Model& model, const std::string& name, const std::optional<FoundValve>& sheet) {
-  return {.zone = {model.input_map->null, model.input_map->dead_band},
+  return {.map = tune::found_map(model),
           .source = name,
           .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml",
-          .map_error_V = ident::reported_map_error(model),
           .note = ident::map_note(model)};
 }
 
@@ -98,13 +95,14 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
     return false;
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
-  const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.zone, found.map_error_V);
-  if (agreement == tune::FollowingAgreement::one_valve) return false;  // whatever the map may be off
+  const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.map);
+  if (agreement == tune::FollowingAgreement::one_valve) return false;        // whatever the map may be off
+  if (agreement == tune::FollowingAgreement::within_interval) return false;  // the record knows less than the file
   if (agreement == tune::FollowingAgreement::within_map_error) {
     console.info(fmt::format(
         "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: {}. [following] of {} (null_V = {:.3f}, "
         "and dead_band_V = {:.3f} with {:.2f} V to spare) does not contradict the record; keep it, or measure: `{}`",
-        found.zone.null_V, found.zone.dead_band_V, found.source, found.note, rig.file_name, known.null_V,
+        found.map.zone.null_V, found.map.zone.dead_band_V, found.source, found.note, rig.file_name, known.null_V,
         rig.limits.following->dead_band_V, config::kDeadBandSpare_V, found.remedy));
     return false;
   }
@@ -112,8 +110,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
       "[following] of {} has null_V = {:.3f} and dead_band_V = {:.3f}; after {} they are {:.3f} and {:.3f} ({:.3f} and "
       "{:.2f} to spare): goto, "
       "rehearsals and the following check are for another valve; `{}` writes the rig file with measured numbers",
-      rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.zone.null_V,
-      found.zone.dead_band_V + config::kDeadBandSpare_V, found.zone.dead_band_V, config::kDeadBandSpare_V,
+      rig.file_name, known.null_V, rig.limits.following->dead_band_V, found.source, found.map.zone.null_V,
+      found.map.zone.dead_band_V + config::kDeadBandSpare_V, found.map.zone.dead_band_V, config::kDeadBandSpare_V,
       found.remedy));
   return true;
 }

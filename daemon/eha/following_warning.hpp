@@ -8,17 +8,17 @@
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/tune/following_agreement.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::cli {
 
 /// A valve as measured or fitted.
 struct FoundValve {
-  config::DeadZone zone = {};
-  std::string source = {};   ///< "the valve sheet of RUN"
-  std::string remedy = {};   ///< command that brings the rig file up to date
-  double map_error_V = 0.0;  ///< of a model's map, as ident::map_error()
-  std::string note = {};     ///< ident::map_note() of a model
+  tune::FoundMap map = {};
+  std::string source = {};  ///< "the valve sheet of RUN"
+  std::string remedy = {};  ///< command that brings the rig file up to date
+  std::string note = {};    ///< ident::map_note() of a model
 };
 
 /// Returns the newest run of [characterise] on the same rig beside a run; none without one.

@@ -105,8 +105,10 @@ std::string remark_on_fractional_orders(double gain) {
 std::string following_remark(const ident::AxisPlant& plant) {
   return fmt::format(
       "Null {:.3f} V and half dead band {:.3f} V are those of [following] of the rig file, not the model's {:.3f} and "
-      "{:.3f} V: the rod moves within the model's dead band, as where oil leaks past the piston or friction bends the "
-      "edges, which shifts the model's two. --sheet takes those of a new valve sheet instead.",
+      "{:.3f} V: the model's record determines its two less well, or the rod moves within the model's dead band, as "
+      "where "
+      "oil leaks past the piston or friction bends the edges, which shifts them. --sheet takes those of a new valve "
+      "sheet instead.",
       plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
 }
 
@@ -135,19 +137,17 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                     plant.compared_step_s, plant.unseen_delay_s));
   }
   if (plant.replaced) {
-    const bool is_one_valve = config::is_of_one_valve({plant.valve.null, plant.valve.dead_band},
-                                                      {plant.replaced->null, plant.replaced->dead_band});
-    lines.push_back(task.valve_of == ValveOrigin::following
-                        ? following_remark(plant)
-                        : fmt::format("The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} "
-                                      "and {:.3f} V; the sheet "
-                                      "applies, for [following] too. {}",
-                                      plant.valve.null, plant.valve.dead_band, plant.replaced->null,
-                                      plant.replaced->dead_band,
-                                      is_one_valve ? "A model's numbers are of a fit: dry friction and the structure "
-                                                     "shift them by some hundredths of "
-                                                     "a volt."
-                                                   : "Did the valve change between the two?"));
+    lines.push_back(
+        task.valve_of == ValveOrigin::following
+            ? following_remark(plant)
+            : fmt::format("The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} "
+                          "and {:.3f} V; the sheet "
+                          "applies, for [following] too. {}",
+                          plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
+                          task.is_one_valve ? "A model's numbers are of a fit: dry friction and the structure "
+                                              "shift them by some hundredths of "
+                                              "a volt."
+                                            : "Did the valve change between the two?"));
   }
   if (d.settings.feedback.ki > 0.0) {
     lines.push_back(

@@ -21,6 +21,7 @@ enum class ValveOrigin { sheet, following };
 struct TuneTask {
   ident::AxisTask axis;
   ValveOrigin valve_of = ValveOrigin::sheet;     ///< axis.valve
+  bool is_one_valve = true;                      ///< the model's map is of axis.valve, given what is known of it
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
   hal::SimOptions twin;                          ///< centre of the drawn twins
   TwinSpread spread;

@@ -67,14 +67,14 @@ double noise_in(const ident::Model& model, const config::RigConfig& rig, const T
   return kLsbsOfNoise * lsb_in;
 }
 
-/// Whether [following] knows the valve better than a model's map: the rod moves within the map's dead band, and
-/// [following] does not contradict the record.
+/// Whether [following] knows the valve better than a model's map, and does not contradict the record: the record
+/// determines the map less well, or the rod moves within the map's dead band.
 bool is_map_doubtful(const ident::Model& model, const config::Following& following) {
   if (!model.input_map) return false;
-  const ident::ValveMap& map = *model.input_map;
-  switch (agreement_of(following, {map.null, map.dead_band}, ident::reported_map_error(model))) {
+  switch (agreement_of(following, found_map(model))) {
     case FollowingAgreement::one_valve:
       return ident::map_shift(model).has_value();
+    case FollowingAgreement::within_interval:
     case FollowingAgreement::within_map_error:
       return true;
     case FollowingAgreement::other_valve:
@@ -118,6 +118,8 @@ TuneInputs tune_inputs(const ident::Model& given, const config::RigConfig& rig, 
   if (choices.sheet) {
     axis.valve = numbers_of(*choices.sheet);
     axis.valve_is_measured = true;
+    inputs.task.is_one_valve =
+        !model.input_map || is_of_one_valve({axis.valve->null, axis.valve->dead_band}, found_map(model));
   } else if (rig.limits.following) {
     axis.valve = numbers_of(*rig.limits.following);
     inputs.task.valve_of = ValveOrigin::following;

@@ -143,6 +143,18 @@ TEST(CharacteriseWithAWrongNull, SaysHowTheValveIsMeasuredWithoutFollowing) {
   EXPECT_EQ(anew.code, 0) << anew.err;
 }
 
+TEST(CharacteriseAndAShortRun, LeaveTheSheetInForceWhereTheRecordKnowsTheNullLessWell) {
+  const TemporaryFolder folder;
+  std::string text = content_of(source_file("config/experiments/paper.toml"));
+  const std::string length = "duration_s = 50.0";
+  folder.write("short.toml", text.replace(text.find(length), length.size(), "duration_s = 12.0"));
+  const Ended ended =
+      run_eha({"run", "short.toml", "--local", "--fast", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
+  EXPECT_NE(ended.out.find("null -0.2"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.err.find("are for another valve"), std::string::npos) << ended.err;
+  EXPECT_EQ(ended.out.find("eha characterise"), std::string::npos) << ended.out;
+}
+
 TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
   const TemporaryFolder folder;
   const Ended ended =
