@@ -248,20 +248,26 @@ void write_new(const fs::path& path, const std::string& text) {
 }
 
 /// @throws DataError  a position is off the line by more than the tolerance
-void report(const std::vector<CalibrationPoint>& points, const Calibration& found, double tolerance_in,
+/// @param range_V  of the input converter
+void report(const std::vector<CalibrationPoint>& points, const Calibration& found, double tolerance_in, double range_V,
             const DisplayUnit& unit, const Console& console) {
   const std::string in = unit.of("in");
   const double factor = unit.factor("in");
-  // Exact points leave rounding errors only.
-  const auto half_width = [&](double std) {
-    const double half = found.interval_factor * std;
-    return half > 1e-9 * std::abs(found.scale_in_per_V) ? factor * half : 0.0;
+  const double least_in = rounding_in(found, range_V);
+  const bool is_exact = found.residual_std < least_in;
+  const auto half_width = [&](double std, double least) {
+    return factor * found.interval_factor * std::max(std, least);
   };
+  const double least_scale = least_in / std::sqrt(found.voltage_squares_V2);
+  const double least_offset = least_in * std::sqrt(1.0 / static_cast<double>(points.size()) +
+                                                   found.mean_V * found.mean_V / found.voltage_squares_V2);
   std::string text = fmt::format(
-      "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {3:.2g} {0}/V, offset +- {4:.2g} {0}; +- is half a 95 % "
-      "interval)\n",
-      in, factor * found.offset_in, factor * found.scale_in_per_V, half_width(found.scale_std),
-      half_width(found.offset_std));
+      "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {5}{3:.2g} {0}/V, offset +- {5}{4:.2g} {0}; +- is half a "
+      "95 "
+      "% interval{6})\n",
+      in, factor * found.offset_in, factor * found.scale_in_per_V, half_width(found.scale_std, least_scale),
+      half_width(found.offset_std, least_offset), is_exact ? "at least " : "",
+      is_exact ? ", by the sensor's resolution: the readings lie on one line, and the ruler's error is not in it" : "");
   text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position " + in, "sensor V", "residual " + in);
   for (std::size_t i = 0; i < points.size(); ++i) {
     text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", factor * points[i].position_in, points[i].voltage_V,
@@ -325,7 +331,8 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
     if (!beyond.empty()) throw DataError("nothing is written: " + beyond);
   }
   const Calibration found = calibrated(points, unit);
-  report(points, found, *tolerance_in, unit, console);
+  const hal::Conversion conversion = hal::conversion_of(rig.backend);
+  report(points, found, *tolerance_in, conversion.feedback_max_V - conversion.feedback_min_V, unit, console);
   if (hal::conversion_of(rig.backend).scale_in_per_V * found.scale_in_per_V < 0.0) {
     throw DataError(fmt::format(
         "nothing is written: the scale has the opposite sign of that in {}: was the ruler read from the other end? If "
@@ -333,6 +340,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         rig.file_name));
   }
   write_new(path, calibrated_rig_text(rig, found, date));
+  if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
     list.push_back({{"position_in", points[i].position_in},

@@ -164,7 +164,7 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
     throw DataError(fmt::format("{} places that differ; expected at least {}, one in the middle", distinct.size(),
                                 kFewestCalibrationPoints));
   }
-  Calibration found{.scale_in_per_V = vy / vv};
+  Calibration found{.scale_in_per_V = vy / vv, .voltage_squares_V2 = vv, .mean_V = mean_V};
   found.offset_in = mean_in - found.scale_in_per_V * mean_V;
   double squares = 0.0;
   for (const CalibrationPoint& point : points) {
@@ -185,6 +185,37 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
         in));
   }
   return found;
+}
+
+double rounding_in(const Calibration& found, double range_V) {
+  constexpr double kCodes = 65535.0;
+  return std::abs(found.scale_in_per_V) * range_V / kCodes / std::sqrt(12.0);
+}
+
+std::string doubt_about(std::span<const CalibrationPoint> points, const Calibration& found, const DisplayUnit& unit) {
+  constexpr double kGoodShare = 0.05;
+  const double share = found.interval_factor * found.scale_std / std::abs(found.scale_in_per_V);
+  if (share <= kGoodShare) return {};
+  // How far a reading is off the line through the others; of three each is off that of the other two.
+  const bool is_told = points.size() > kFewestCalibrationPoints;
+  std::size_t worst = 0;
+  double worst_in = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double away_V = points[i].voltage_V - found.mean_V;
+    const double pull =
+        is_told ? 1.0 / static_cast<double>(points.size()) + away_V * away_V / found.voltage_squares_V2 : 0.0;
+    const double off_in = std::abs(found.residuals_in[i]) / std::max(1e-6, 1.0 - pull);
+    if (off_in <= worst_in) continue;
+    worst = i;
+    worst_in = off_in;
+  }
+  const double factor = unit.factor("in");
+  return fmt::format(
+      "the scale is known to +- {:.2g} % only, {:g} % would do; {} {:.4g} {}: measure it again, or add readings{}",
+      100.0 * share, 100.0 * kGoodShare,
+      is_told ? "off the line of the others most is the one at" : "farthest off is the one at",
+      factor * points[worst].position_in, unit.of("in"),
+      is_told ? "" : "; of three readings each of the other two may be the wrong one, a fourth one shows which");
 }
 
 std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration, const std::string& date) {

@@ -27,6 +27,8 @@ struct Calibration {
   double interval_factor = 0.0;  ///< half the 95 % interval of scale and offset over their standard errors
   double residual_std = 0.0;     ///< of the positions about the line [in]
   std::vector<double> residuals_in = {};
+  double voltage_squares_V2 = 0.0;  ///< of the voltages about their mean
+  double mean_V = 0.0;
 };
 
 /// Fits a line through the points by least squares.
@@ -35,6 +37,16 @@ struct Calibration {
 ///                    differ, or points that lie on no line (a scale known worse than 10 %); says what to do
 [[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points,
                                      const DisplayUnit& unit = DisplayUnit("in"));
+
+/// Standard deviation of the sensor's rounding: positions that lie nearer to a line than it do so by chance, and their
+/// ruler's error is not in the standard errors. @param range_V  of the converter, of 16 bits
+[[nodiscard]] double rounding_in(const Calibration& found, double range_V);
+
+/// Says that the scale is known badly, and which reading to take again; empty for one whose 95 % interval is within 5 %
+/// of it.
+/// @param unit  of the lengths in the sentence
+[[nodiscard]] std::string doubt_about(std::span<const CalibrationPoint> points, const Calibration& found,
+                                      const DisplayUnit& unit = DisplayUnit("in"));
 
 /// Replaces scale and offset in a rig file's text, and the calibration date if the backend has one. Keeps all other
 /// text, comments and order included, but that the gains of a [following] that was measured with the old scale, and its

@@ -35,6 +35,20 @@ TEST(Calibration, FindsAnExactLine) {
   ASSERT_EQ(found.residuals_in.size(), 3U);
 }
 
+TEST(Calibration, NamesTheReadingThatMakesTheScaleUncertain) {
+  std::vector<CalibrationPoint> points{{0.5, -8.0}, {2.95, 0.0}, {5.4, 8.0}};
+  EXPECT_EQ(doubt_about(points, calibrated(points)), "");
+  points[1].position_in += 0.06;
+  const std::string of_three = doubt_about(points, calibrated(points));
+  EXPECT_NE(of_three.find("the scale is known to +- 18 % only"), std::string::npos) << of_three;
+  EXPECT_NE(of_three.find("the one at 3.01 in: measure it again"), std::string::npos) << of_three;
+  EXPECT_NE(of_three.find("a fourth one shows which"), std::string::npos) << of_three;
+  // An end has the smaller residual, and yet is the wrong one.
+  points = {{0.7, -8.0}, {1.73, -4.0}, {2.95, 0.0}, {4.18, 4.0}, {5.4, 8.0}};
+  const std::string of_five = doubt_about(points, calibrated(points), DisplayUnit("mm"));
+  EXPECT_NE(of_five.find("the one at 17.78 mm"), std::string::npos) << of_five;
+}
+
 TEST(Calibration, AsksForThreePlacesThatDiffer) {
   EXPECT_NE(refusal({{0.5, -8.0}, {2.95, 0.0}, {2.95, 0.001}}).find("2 places that differ"), std::string::npos);
 }
