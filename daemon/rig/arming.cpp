@@ -77,6 +77,20 @@ double greatest_gain(const config::Following& following) {
   return 2.0 * std::max(following.gain_positive_in_per_V_s, following.gain_negative_in_per_V_s);
 }
 
+/// A null and a dead band beside the command limits, so that no volts move the rod one way; empty for others.
+std::string unreachable_valve(const config::RigLimits& limits) {
+  if (!limits.following) return {};
+  const double null_V = limits.following->null_V;
+  const double dead_band_V = limits.following->dead_band_V;
+  if (null_V - dead_band_V > limits.command_min_V && null_V + dead_band_V < limits.command_max_V) return {};
+  return fmt::format(
+      "following.null_V = {:g} V with dead_band_V = {:g} V: of the commands {:g}..{:g} V none moves the rod {}; "
+      "correct "
+      "it, or the command limits",
+      null_V, dead_band_V, limits.command_min_V, limits.command_max_V,
+      null_V - dead_band_V <= limits.command_min_V ? "towards smaller displacements" : "towards greater displacements");
+}
+
 /// Judges a null that nothing shows to be measured: its sign may be wrong, or the valve's null be where that of many
 /// valves is.
 void judge_null(const config::Following& following, std::vector<std::string>& refusals) {
@@ -305,6 +319,9 @@ std::string named(const hal::Rig& rig) {
 ArmingFindings arming_findings(const config::RigConfig& rig) {
   ArmingFindings findings;
   judge_travel(rig, findings.warnings);
+  if (const std::string valve = unreachable_valve(rig.limits); !valve.empty()) {
+    (hal::moves_machine(rig.backend) ? findings.refusals : findings.warnings).push_back(valve);
+  }
   if (!hal::moves_machine(rig.backend)) {
     if (rig.limits.following && has_changed(*rig.limits.following)) {
       findings.warnings.push_back(fmt::format("{}; a rig that moves a machine would not be armed", kChangedNumber));

@@ -383,6 +383,24 @@ TEST(Arming, WarnsOfMeasuredNumbersThatWereChangedOnASimulatedRig) {
   EXPECT_TRUE(arming_findings(rig).refusals.empty());
 }
 
+TEST(Arming, SaysThatNoCommandReachesOneSideOfTheValve) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  rig.limits.following->null_V = -7.0;
+  EXPECT_EQ(warnings_of(rig),
+            "following.null_V = -7 V with dead_band_V = 0.2 V: of the commands -5..5 V none moves the rod towards "
+            "smaller displacements; correct it, or the command limits\n");
+  rig.limits.following->null_V = 4.85;
+  EXPECT_NE(warnings_of(rig).find("towards greater displacements"), std::string::npos);
+  rig.limits.following->null_V = 4.75;
+  EXPECT_EQ(warnings_of(rig), "");
+  rig = card();
+  rig.limits.following->null_V = -7.0;
+  const std::vector<std::string> refusals = arming_findings(rig).refusals;
+  EXPECT_TRUE(std::any_of(refusals.begin(), refusals.end(), [](const std::string& refusal) {
+    return refusal.find("none moves the rod") != std::string::npos;
+  }));
+}
+
 TEST(Arming, WarnsOfWhatIsNotKnown) {
   config::RigConfig rig = card();
   rig.limits.following.reset();
