@@ -165,6 +165,9 @@ class ConflictSearch {
   void check_track(const ControllerConfig& controller) {
     const ident::AxisSettings& s = controller.settings;
     const RigLimits& limits = rig_.limits;
+    const DisplayUnit unit(rig_.units);
+    const double factor = unit.factor("in");
+    const std::string in = unit.of("in");
     const auto refuse = [&](const std::string& expected, const std::string& got) {
       add("track.controller", expected + "; make it anew with eha tune", got);
     };
@@ -187,8 +190,9 @@ class ConflictSearch {
           fmt::format("{} s", s.tick_s));
     }
     if (s.reference.lowest < limits.travel_min_in || s.reference.highest > limits.travel_max_in) {
-      refuse(fmt::format("travel within {:g} to {:g} in", limits.travel_min_in, limits.travel_max_in),
-             fmt::format("{:g} to {:g} in", s.reference.lowest, s.reference.highest));
+      refuse(fmt::format("travel within {:g} to {:g} {}", factor * limits.travel_min_in, factor * limits.travel_max_in,
+                         in),
+             fmt::format("{:g} to {:g} {}", factor * s.reference.lowest, factor * s.reference.highest, in));
     }
     if (s.command_min < limits.command_min_V || s.command_max > limits.command_max_V) {
       refuse(fmt::format("commands within {:g} to {:g} V", limits.command_min_V, limits.command_max_V),
@@ -203,14 +207,15 @@ class ConflictSearch {
       refuse(fmt::format("a slew of at most {:g} V/s", limits.slew_V_per_s), fmt::format("{:g} V/s", s.slew_per_s));
     }
     if (s.reference.velocity > kTrackedSpeedShare * limits.velocity_limit_in_per_s) {
-      refuse(fmt::format("references of at most {:g} in/s, half the velocity limit",
-                         kTrackedSpeedShare * limits.velocity_limit_in_per_s),
-             fmt::format("{:g} in/s", s.reference.velocity));
+      refuse(fmt::format("references of at most {:g} {}/s, half the velocity limit",
+                         factor * kTrackedSpeedShare * limits.velocity_limit_in_per_s, in),
+             fmt::format("{:g} {}/s", factor * s.reference.velocity, in));
     }
     const double most_error_in = kTrackedErrorShare * (limits.travel_max_in - limits.travel_min_in);
     if (controller.fault.following_error_in > most_error_in) {
-      refuse(fmt::format("a fault beyond an error of at most {:.3f} in, a twentieth of the travel", most_error_in),
-             fmt::format("{:g} in", controller.fault.following_error_in));
+      refuse(fmt::format("a fault beyond an error of at most {:.3f} {}, a twentieth of the travel",
+                         factor * most_error_in, in),
+             fmt::format("{:g} {}", factor * controller.fault.following_error_in, in));
     }
   }
 
@@ -227,9 +232,11 @@ class ConflictSearch {
         is_near(inverse.gain_negative, valve.gain_negative_in_per_V_s)) {
       return;
     }
-    const auto numbers = [](double null_V, double dead_band_V, double positive, double negative) {
-      return fmt::format("null {:.3g} V, half dead band {:.3g} V, gains {:.3g} and {:.3g} in/(V s)", null_V,
-                         dead_band_V, positive, negative);
+    const DisplayUnit unit(rig_.units);
+    const auto numbers = [&](double null_V, double dead_band_V, double positive, double negative) {
+      const double factor = unit.factor("in");
+      return fmt::format("null {:.3g} V, half dead band {:.3g} V, gains {:.3g} and {:.3g} {}/(V s)", null_V,
+                         dead_band_V, factor * positive, factor * negative, unit.of("in"));
     };
     add("track.controller",
         fmt::format(

@@ -18,6 +18,7 @@
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/following_warning.hpp"
+#include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -58,6 +59,7 @@ Examples:
 
 struct TrackCommand : DriveOptions {
   std::string source;                         ///< controller file or run folder
+  std::string unit = {};                      ///< of a length that was typed; empty: none was
   std::optional<std::string> reference = {};  ///< CSV of set points
   config::TrackedMotion motion = {};
 };
@@ -197,6 +199,37 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
   return code;
 }
 
+namespace {
+
+/// A length above 0 with its unit, in inches. @throws CLI::ValidationError
+double typed_length(const std::string& option, const std::string& text) {
+  const std::optional<double> length_in = inches_of(text);
+  if (length_in && *length_in > 0.0) return *length_in;
+  if (inches_of(text + "in")) {
+    throw CLI::ValidationError(option, fmt::format("a length needs its unit; write {0}mm or {0}in", text));
+  }
+  throw CLI::ValidationError(
+      option, fmt::format("\"{}\": expected a length above 0 with its unit, such as 20mm or 0.8in", text));
+}
+
+/// Refuses a step and a sine for which the controller has no travel, in the unit that the user has typed.
+void require_room(const TrackCommand& command, const ident::AxisSettings& settings, const Console& console) {
+  if (!command.motion.step_in && !command.motion.sine_in) return;
+  const ident::TrialPlan plan = ident::trial_plan(settings);
+  const double half_in = 0.5 * (settings.reference.highest - settings.reference.lowest);
+  const double step_in = command.motion.step_in.value_or(plan.step);
+  const double sine_in = command.motion.sine_in.value_or(plan.sine);
+  if (step_in + sine_in <= half_in) return;
+  const DisplayUnit unit = console.unit();
+  const double factor = unit.factor("in");
+  throw UsageError(
+      fmt::format("--step {0:.4g}{3} and the sine's amplitude of {1:.3g} {3}: together at most half of the "
+                  "controller's travel, {2:.4g} {3}",
+                  factor * step_in, factor * sine_in, factor * half_in, unit.of("in")));
+}
+
+}  // namespace
+
 ExitCode execute(const TrackCommand& command, Console& console) {
   std::error_code ignored;
   if (std::filesystem::is_directory(command.source, ignored)) {
@@ -213,6 +246,8 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   run.experiment_file = "track " + command.source;
   const std::string text = config::read_config_file(command.source);
   const config::ControllerConfig controller = config::parse_controller(text, command.source);
+  if (!command.unit.empty()) console.take_typed_unit(command.unit);
+  require_room(command, controller.settings, console);
   run.text = config::track_experiment(controller.name, text, command.motion);
   if (command.reference) *run.text += reference_text(*command.reference);
   run.simulated_tick_s = controller.settings.tick_s;
@@ -230,10 +265,18 @@ void add_track(CLI::App& app, ParsedLine& line) {
   sub->add_option("reference", track.reference,
                   "Set points to follow instead of the trial (CSV: time_s and position_mm or _in)")
       ->type_name("CSV");
-  sub->add_option("--step", track.motion.step_in, "Way of the step and the trapezoids [in]")
-      ->type_name("IN")
-      ->check(positive());
-  sub->add_option("--sine", track.motion.sine_in, "Amplitude of the sine [in]")->type_name("IN")->check(positive());
+  const auto add_length = [&](const char* name, std::optional<double>& target_in, const char* help) {
+    sub->add_option_function<std::string>(
+           name,
+           [name, &target_in, &track](const std::string& text) {
+             target_in = typed_length(name, text);
+             track.unit = unit_of_length(text);
+           },
+           help)
+        ->type_name("LENGTH");
+  };
+  add_length("--step", track.motion.step_in, "Way of the step and the trapezoids, such as 20mm or 0.8in");
+  add_length("--sine", track.motion.sine_in, "Amplitude of the sine, such as 2mm or 0.08in");
   sub->add_option("--frequency", track.motion.sine_Hz, "Frequency of the sine [Hz]")
       ->type_name("HZ")
       ->check(positive());

@@ -35,7 +35,7 @@ std::string rig() {
 constexpr const char* kController = "/usr/share/axis.toml";
 
 std::vector<std::string> trial(const std::string& rig_file) {
-  std::vector<std::string> words{"track", kController, "--step", "0.2", "--sine", "0.05", "--hold", "2"};
+  std::vector<std::string> words{"track", kController, "--step", "0.2in", "--sine", "0.05in", "--hold", "2"};
   if (!rig_file.empty()) words.insert(words.end(), {"--rig", rig_file});
   return words;
 }
