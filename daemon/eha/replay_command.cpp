@@ -27,6 +27,8 @@
 #include "daemon/replay/calibration.hpp"
 #include "daemon/replay/replay.hpp"
 #include "daemon/replay/twin_file.hpp"
+#include "daemon/rig/calibration.hpp"
+#include "daemon/tune/twin_draws.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::cli {
@@ -36,7 +38,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kReplayFooter = R"(
 Plays a record's voltages [V] through the simulated rig and scores it against the measured displacement [in, mm], from the
-record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin.
+record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin,
+with null, dead band and gains of its valve in [following].
 KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval. A parameter
 that the record does not determine, alone or apart from another one, is refused by name (exit code 10).
 
@@ -120,6 +123,26 @@ void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured, 
   os::write_file_atomically(path, plot::draw({"Record and simulated rig", {position, error}}, format));
 }
 
+/// Returns the text of a twin's rig file with null, dead band and gains of its valve in [following]: those of before
+/// are of another one, for which no controller of the twin is played. Without [following], or where the new one is not
+/// valid, it stays as it is.
+std::string with_own_following(const std::string& text, const std::string& file) {
+  try {
+    const config::RigConfig twin = config::parse_rig(text, file);
+    const auto* sim = std::get_if<hal::SimOptions>(&twin.backend);
+    if (sim == nullptr || !twin.limits.following) return text;
+    config::Following following = tune::following_of(*sim, *twin.limits.following);
+    if (!twin.limits.following->measured_check) {  // no sums are written
+      following.dead_band_uncertainty_V.reset();
+      following.null_uncertainty_V.reset();
+      following.gain_uncertainty_percent.reset();
+    }
+    return rig_text_with(twin, following);
+  } catch (const ConfigError&) {
+    return text;
+  }
+}
+
 ExitCode execute(const ReplayCommand& command, Console& console) {
   std::vector<replay::CalibrationRequest> requests;
   for (const std::string& text : command.calibrate) requests.push_back(request_of(text));
@@ -181,12 +204,14 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
           "calibrate more keys together",
           factor * calibration->rms_error_in, unit.of("in"), calibration->rms_error_in / calibration->noise_in));
     }
-    os::write_file_atomically(command.twin, replay::twin_text(rig.text, *calibration, source.name));
+    os::write_file_atomically(command.twin, with_own_following(replay::twin_text(rig.text, *calibration, source.name),
+                                                               command.twin.string()));
     document["converged"] = calibration->converged;
     document["error_over_noise"] = calibration->rms_error_in / calibration->noise_in;
     document["parameters"] = std::move(parameters);
     document["twin"] = command.twin.string();
-    text += fmt::format("written: {}\n", command.twin.string());
+    text += fmt::format("written: {}{}\n", command.twin.string(),
+                        rig.limits.following ? ", with null, dead band and gains of its valve in [following]" : "");
   }
   if (command.output) {
     if (command.output->extension() == ".csv") {

@@ -9,6 +9,8 @@
 #include <variant>
 
 #include "config/file_kind.hpp"
+#include "config/prepared_experiment.hpp"
+#include "config/track_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
@@ -29,6 +31,7 @@
 #include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
@@ -194,13 +197,58 @@ std::string why_not_of(const TuneCommand& command, const ident::Model& model, co
 }
 
 /// The commands that tune a model on a twin of its own record.
-std::string twin_of_record(const TuneCommand& command, const ident::Model& model) {
+struct TwinCommands {
+  std::string replay;
+  std::string tune;
+};
+
+TwinCommands twin_commands(const TuneCommand& command, const ident::Model& model) {
   const std::string record = record_of(model);
   const std::string rig = command.rig_file ? " --rig " + shell_word(*command.rig_file) : "";
-  return fmt::format(
-      "`eha replay {}{} --calibrate valve_rated_flow_L_per_min valve_null_offset_V valve_dead_band_V --twin twin.toml` "
-      "fits a simulated rig to that record; then `eha tune {}{} --twin twin.toml`",
-      record.empty() ? "RECORD" : shell_word(record), rig, shell_word(command.model_file), rig);
+  const std::string twin = shell_word(free_name("twin.toml"));
+  return {fmt::format("eha replay {}{} --calibrate valve_rated_flow_L_per_min valve_null_offset_V valve_dead_band_V "
+                      "--twin {}",
+                      record.empty() ? "RECORD" : shell_word(record), rig, twin),
+          fmt::format("eha tune {}{} --twin {}", shell_word(command.model_file), rig, twin)};
+}
+
+std::string twin_of_record(const TuneCommand& command, const ident::Model& model) {
+  const TwinCommands commands = twin_commands(command, model);
+  return fmt::format("`{}` fits a simulated rig to that record; then `{}`", commands.replay, commands.tune);
+}
+
+/// Whether `eha track --local` plays a controller on a simulated rig, whose tick it takes.
+bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
+  try {
+    const std::string text = rig_text_with_tick(rig, controller.settings.tick_s);
+    static_cast<void>(config::parse_prepared_experiment(
+        config::track_experiment(controller.name, config::controller_text(controller), {}), "track",
+        config::parse_rig(text, rig.file_name)));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+/// Returns what to do with a controller: its trial on the machine's or the service's terms, on a simulated rig that
+/// takes it, the model's own first; else the way to a twin that does.
+/// @param page  of the controller
+std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
+                                    const config::ControllerConfig& controller, const fs::path& page) {
+  const std::string file = shell_word(command.output.string());
+  const std::string show = "xdg-open " + shell_word(page.string());
+  if (hal::moves_machine(rig.backend)) return {show};
+  const std::string on_rig = track_command(command, model, rig, file);
+  const bool is_own = why_not_of(command, model, rig).empty();
+  if (!on_rig.ends_with("--local --fast")) return {on_rig};  // the service checks it with its own rig file
+  if (is_own && is_played_on(rig, controller)) return {on_rig};
+  if (command.twin_file && is_played_on(config::load_rig(*command.twin_file), controller)) {
+    return {fmt::format("eha track {} --rig {} --local --fast", file, shell_word(*command.twin_file))};
+  }
+  if (is_played_on(rig, controller)) return {on_rig};
+  if (command.twin_file) return {show};
+  const TwinCommands twin = twin_commands(command, model);
+  return {twin.replay, twin.tune + " -o " + shell_word(free_name(command.output.string()))};
 }
 
 /// What a promise is of, for the first lines of the answer: the plant, and what of model and plant does not agree.
@@ -264,6 +312,11 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   refuse_existing(command.output);
   const ident::Model model = read_model(command.model_file);
+  // A model of no run is of the twin of its record, if of any rig that is simulated here.
+  if (command.twin_file && !command.rig_file && !run_of(command, model) &&
+      !hal::moves_machine(load_rig_or_default(std::nullopt).backend)) {
+    command.rig_file = command.twin_file;
+  }
   const fs::path rig_file = record::resolved_path(rig_path(command, model, console));
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
@@ -372,8 +425,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
-  console.next_step(hal::moves_machine(rig.backend) ? fmt::format("xdg-open {}", shell_word(page_file.string()))
-                                                    : track_command(command, model, rig, file));
+  for (const std::string& step : next_steps(command, model, rig, controller, page_file)) console.next_step(step);
   return ExitCode::ok;
 }
 

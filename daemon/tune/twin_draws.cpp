@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "config/valve_estimate.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
 namespace eha::tune {
@@ -53,6 +54,18 @@ TwinGains gains_of(const hal::SimOptions& o) {
            (o.valve_full_scale_V - o.valve_dead_band_V) / kMetrePerInch;
   };
   return {gain(cap * supply - ring * tank - weight), gain(ring * supply - cap * tank + weight)};
+}
+
+config::Following following_of(const hal::SimOptions& options, config::Following before) {
+  constexpr double kHalf = 0.5;  // the file has half of each gain
+  const TwinGains gains = gains_of(options);
+  before.gain_positive_in_per_V_s = kHalf * gains.positive;
+  before.gain_negative_in_per_V_s = kHalf * gains.negative;
+  before.null_V = -options.valve_null_offset_V;
+  before.dead_band_V = options.valve_dead_band_V + config::kDeadBandSpare_V;
+  before.measured_check.reset();
+  before.measured_rig_check.reset();
+  return before;
 }
 
 hal::SimOptions estimated_twin(const ident::AxisPlant& plant, hal::SimOptions o) {

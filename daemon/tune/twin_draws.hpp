@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "config/rig_config.hpp"
 #include "hal/sim/sim_options.hpp"
 #include "ident/control/axis_design.hpp"
 
@@ -39,6 +40,10 @@ struct TwinGains {
   double negative = 0.0;
 };
 [[nodiscard]] TwinGains gains_of(const hal::SimOptions& options);
+
+/// Returns [following] with null, dead band and gains of a simulated rig. Its other numbers stay; sums over measured
+/// ones are left out.
+[[nodiscard]] config::Following following_of(const hal::SimOptions& options, config::Following before);
 
 /// Draws `count` twins; their first positions are spread over the travel, less a twentieth at each end.
 [[nodiscard]] std::vector<hal::SimOptions> drawn_twins(const hal::SimOptions& about, const TwinSpread& spread,
