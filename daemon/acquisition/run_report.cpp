@@ -142,9 +142,9 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
       return describe_no_motion(value, limit, unit);
     case Fault::not_in_place:
       return fmt::format(
-          "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at the way "
-          "there "
-          "(eha plot RUN), and at [following] in the rig file",
+          "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at [following] "
+          "in "
+          "the rig file",
           shown_value, shown_limit, length);
     case Fault::loop_speed:
       return fmt::format(

@@ -209,9 +209,12 @@ ExitCode execute(const CheckCommand& command, Console& console) {
         unit.factor("in") * *place_in, unit.of("in"),
         service->is_moving && !command.place ? ", as a run is on and moves it; --at PLACE names another place" : ""));
   }
-  require_within_travel(prepared.config, rig, *place_in, command.file, console);
+  // --at says where a rod stands that this process does not simulate.
+  const bool is_simulated_here = !service && !command.place && !hal::moves_machine(rig.backend);
+  const Player player = is_simulated_here ? Player::local : Player::service;
+  require_within_travel(prepared.config, rig, *place_in, command.file, console, player);
   const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
-  const Rehearsed rehearsed{prepared, rig, *place_in, rehearsal};
+  const Rehearsed rehearsed{prepared, rig, *place_in, rehearsal, player};
   judge_travel(rehearsed, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   warn_of_little_motion(rehearsed, command.file, console);
   report_experiment(command, prepared.config, rig, rehearsal, on_service, console);

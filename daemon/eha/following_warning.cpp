@@ -69,7 +69,7 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
   if (!null_V || !dead_band_V) return std::nullopt;
   return FoundValve{.map = {.zone = {*null_V, std::max(0.0, *dead_band_V)}},
                     .source = fmt::format("the valve sheet of {}", run.string()),
-                    .remedy = fmt::format("eha characterise {} -o rig-new.toml", shell_word(run.string()))};
+                    .remedy = characterise_anew(run.string())};
 }
 
 bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
@@ -79,7 +79,7 @@ bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
 FoundValve valve_of_model(const ident::Model& model, const std::string& name, const std::optional<FoundValve>& sheet) {
   return {.map = tune::found_map(model),
           .source = name,
-          .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : "eha characterise -o rig-new.toml",
+          .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : characterise_anew(),
           .note = ident::map_note(model)};
 }
 

@@ -68,6 +68,21 @@ std::string simulated_run(const std::string& experiment, const std::optional<std
   return again(run, experiment);
 }
 
+std::string free_name(const std::string& name) {
+  const fs::path path(name);
+  fs::path free = path;
+  std::error_code ignored;
+  for (int number = 2; fs::exists(fs::symlink_status(free, ignored)); ++number) {
+    free = path;
+    free.replace_filename(fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
+  }
+  return free.string();
+}
+
+std::string characterise_anew(const std::string& run) {
+  return fmt::format("eha characterise {}-o {}", run.empty() ? "" : shell_word(run) + " ", free_name("rig-new.toml"));
+}
+
 std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise) {
   const std::filesystem::path page = folder / report::kReportFile;
   std::error_code ignored;
@@ -77,7 +92,7 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
 std::string next_after_trip(std::string_view fault, bool moves_machine) {
   constexpr std::array<std::string_view, 4> kOfFollowing{"no_motion", "not_in_place", "loop_speed", "wrong_speed"};
   const bool is_of_following = std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
-  return is_of_following && !moves_machine ? "eha characterise -o rig-new.toml" : "eha read";
+  return is_of_following && !moves_machine ? characterise_anew() : "eha read";
 }
 
 std::optional<std::string> fit_of_run(const fs::path& folder) {
@@ -136,6 +151,17 @@ std::string partial_record_text(const fs::path& folder) {
   return fmt::format("{}; it is too short to fit, `eha plot {}` shows it", place, shell_word(folder.string()));
 }
 
+std::string kept_record_text(const fs::path& folder) {
+  const std::string place = fmt::format("the partial record is in {}", folder.string());
+  try {
+    static_cast<void>(record::read_manifest(folder));
+  } catch (const Error&) {
+    return place;  // a folder that the caller may not read
+  }
+  if (!has_rows(folder)) return partial_record_text(folder);
+  return fmt::format("{}; `eha plot {}` shows it", place, shell_word(folder.string()));
+}
+
 std::optional<fs::path> recommended_model(const fs::path& folder) {
   const nlohmann::ordered_json other = record::read_manifest(folder).other;
   const nlohmann::ordered_json::json_pointer place("/identification/recommendation/model");
@@ -177,17 +203,24 @@ std::string sheet_option(const fs::path& folder, const ident::Model& model) {
   return " --sheet " + shell_word(run->string());
 }
 
+/// " -o controller-2.toml" where the file that `eha tune` writes by default is there; it overwrites none.
+std::string output_option() {
+  constexpr const char* kUsual = "controller.toml";
+  const std::string free = free_name(kUsual);
+  return free == kUsual ? "" : " -o " + free;
+}
+
 }  // namespace
 
 std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
   const auto model = recommended_model(folder);
   if (!model) return std::nullopt;
   return "eha tune " + shell_word(folder.string()) + (rig_file ? " --rig " + shell_word(*rig_file) : "") +
-         sheet_option(folder, model_in(*model));
+         sheet_option(folder, model_in(*model)) + output_option();
 }
 
 std::string tune_of_model(const fs::path& model, const fs::path& run) {
-  return "eha tune " + shell_word(model.string()) + sheet_option(run, model_in(model));
+  return "eha tune " + shell_word(model.string()) + sheet_option(run, model_in(model)) + output_option();
 }
 
 }  // namespace eha::cli

@@ -24,6 +24,12 @@ struct RunCommand;
 /// `eha run EXPERIMENT --local --fast`, on this rig file.
 [[nodiscard]] std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file);
 
+/// Returns a file's name that is not taken in the present folder: "rig-new.toml", else "rig-new-2.toml", ...
+[[nodiscard]] std::string free_name(const std::string& name);
+
+/// `eha characterise [RUN] -o rig-new.toml`, with a name that is not taken. @param run  empty: a new measurement
+[[nodiscard]] std::string characterise_anew(const std::string& run = {});
+
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
@@ -48,6 +54,9 @@ struct RunCommand;
 
 /// "the partial record is in RUN; `eha fit RUN` fits it", or the reason why it cannot be fitted.
 [[nodiscard]] std::string partial_record_text(const std::filesystem::path& folder);
+
+/// The same for a run with nothing to fit, a placing or a characterisation: `eha plot RUN` shows it.
+[[nodiscard]] std::string kept_record_text(const std::filesystem::path& folder);
 
 /// Returns the file of a run's recommended model; nothing if it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);

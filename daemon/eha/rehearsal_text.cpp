@@ -9,8 +9,10 @@
 #include "config/measured_check.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/estimation/fit_rows.hpp"
 
 namespace eha::cli {
@@ -19,6 +21,12 @@ namespace {
 constexpr double kSurelyEnough_rows = 1e6;
 /// Too small for an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
+
+/// `eha goto` to mid-travel with the options of the player.
+std::string move_to_middle(const config::RigConfig& rig, Player player, const DisplayUnit& unit) {
+  const std::string move = goto_middle({rig.limits.travel_min_in, rig.limits.travel_max_in}, unit);
+  return player == Player::local ? fmt::format("{} --local --rig {}", move, shell_word(rig.file_name)) : move;
+}
 
 /// The move to mid-travel from where the experiment stays clear of the limits; empty where none helps, or where the
 /// experiment moves the rod to its own start.
@@ -30,12 +38,24 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
   const std::optional<Rehearsal> from_middle = rehearse(rehearsed.experiment, rehearsed.rig, middle_in);
   if (!from_middle || from_middle->chance_of_trip >= kWarnedChanceOfTrip) return {};
   const DisplayUnit unit = console.unit(rehearsed.rig.units);
-  return fmt::format("the rod stands at {:.3f} {}, and from mid-travel the experiment stays clear of them: `{}` first",
-                     unit.factor("in") * rehearsed.place_in, unit.of("in"),
-                     goto_middle({limits.travel_min_in, limits.travel_max_in}, unit));
+  const std::string stands =
+      fmt::format("the rod stands at {:.3f} {}, and from mid-travel the experiment stays clear of them",
+                  unit.factor("in") * rehearsed.place_in, unit.of("in"));
+  if (!begins_anew(rehearsed.rig, rehearsed.player)) {
+    return fmt::format("{}: `{}` first", stands, move_to_middle(rehearsed.rig, rehearsed.player, unit));
+  }
+  return fmt::format(
+      "{}: put [start] with displacement_in = {:.3g} into it; a simulated rig of --local begins each time where {} "
+      "says, "
+      "whatever was moved before",
+      stands, middle_in, rehearsed.rig.file_name);
 }
 
 }  // namespace
+
+bool begins_anew(const config::RigConfig& rig, Player player) {
+  return player == Player::local && !hal::moves_machine(rig.backend);
+}
 
 std::string drift_text(double drift_per_s, const std::string& unit) {
   const std::string figure = fmt::format("{:+.4f}", drift_per_s);
@@ -97,15 +117,18 @@ void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file
 }
 
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
-                           const std::string& experiment_file, const Console& console) {
+                           const std::string& experiment_file, const Console& console, Player player) {
   if (experiment.placing() != nullptr) return;
   const DisplayUnit unit = console.unit(rig.units);
   const Travel travel{rig.limits.travel_min_in, rig.limits.travel_max_in};
   const std::string beyond = beyond_limit(place_in, travel, unit);
   if (beyond.empty()) return;
-  throw ConfigError(
-      fmt::format("{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: look at the rod, then {}",
-                  experiment_file, unit.factor("in") * place_in, unit.of("in"), beyond, goto_middle(travel, unit)));
+  throw ConfigError(fmt::format(
+      "{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: {}", experiment_file,
+      unit.factor("in") * place_in, unit.of("in"), beyond,
+      begins_anew(rig, player)
+          ? fmt::format("set initial_displacement_in of [sim] in {}, where it begins each time", rig.file_name)
+          : "look at the rod, then " + move_to_middle(rig, player, unit)));
 }
 
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

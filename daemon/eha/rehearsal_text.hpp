@@ -26,16 +26,24 @@ namespace eha::cli {
 /// Returns advice for an experiment that probably reaches a limit.
 enum class TravelRisk { refuse, accept };
 
+/// The process that plays an experiment, as far as it matters for a move before it.
+enum class Player { service, local };
+
+/// Whether the rod stands where the rig file says each time anew, so that no move before a run helps it: the simulated
+/// rig of a local run, which is opened for each.
+[[nodiscard]] bool begins_anew(const config::RigConfig& rig, Player player);
+
 /// A rehearsed experiment, and where the rod stands before it.
 struct Rehearsed {
   const config::PreparedExperiment& experiment;
   const config::RigConfig& rig;
   double place_in;
   const std::optional<Rehearsal>& rehearsal;
+  Player player = Player::service;
 };
 
 /// Warns if one draw in twenty reaches a limit, with what helps: a move to mid-travel where the experiment stays clear
-/// from there. Nothing if the experiment could not be rehearsed.
+/// from there ([start] in the experiment where the rod begins anew). Nothing if the experiment could not be rehearsed.
 /// @throws ConfigError  half of the draws do, and the risk is not accepted
 void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
@@ -43,7 +51,7 @@ void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file
 /// Refuses to play from beyond a travel limit, from where only a move to a place is allowed.
 /// @throws ConfigError  gives the command of that move
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,
-                           const std::string& experiment_file, const Console& console);
+                           const std::string& experiment_file, const Console& console, Player player = Player::service);
 
 /// Warns, before any motion, of an experiment whose record will have too few rows to estimate a model.
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

@@ -187,9 +187,9 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
   } else if (experiment.tracking() != nullptr) {
     if (run.report.outcome == acquisition::Outcome::faulted)
       explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
-    console.info(fmt::format("the partial record is in {}", folder));
-  } else if (run.only_placed) {
-    console.info(fmt::format("the partial record is in {}", folder));
+    console.info(kept_record_text(run.folder));
+  } else if (run.only_placed || characterises) {
+    console.info(kept_record_text(run.folder));
   } else {
     console.info(partial_record_text(run.folder));
   }
@@ -248,7 +248,7 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
   console.next_step(next ? again(command, next->string())
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
   if (has_changed && !next) {
-    console.next_step(on_local_rig(command, "eha characterise -o rig-new.toml", !command.fast));
+    console.next_step(on_local_rig(command, characterise_anew(), !command.fast));
   } else if (const auto tune = tune_of_run(folder, command.rig_file);
              tune && !next && first.first == ident::FirstStep::none) {
     console.next_step(*tune);
@@ -265,7 +265,15 @@ ExitCode conclude(const config::Played&, const play::FinishedRun& run, const Run
 
 ExitCode conclude(const config::Placing& placing, const play::FinishedRun& run, const RunCommand& command,
                   const config::RigConfig& rig, Console& console) {
-  return report_placed(run, placing.place.displacement_in, rig.units, on_local_rig(command, "eha read", true), console);
+  std::string next = on_local_rig(command, "eha read", true);
+  if (begins_anew(rig, Player::local)) {
+    next = "eha plot " + shell_word(run.folder.string());
+    console.info(
+        fmt::format("a simulated rig of --local begins each time where {} says: the next command finds the rod there, "
+                    "not here",
+                    rig.file_name));
+  }
+  return report_placed(run, placing.place.displacement_in, rig.units, next, console);
 }
 
 ExitCode conclude(const config::SheetRun&, const play::FinishedRun& run, const RunCommand& command,
@@ -292,12 +300,12 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   PlannedRun planned{.file = file,
                      .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
                                         : config::load_prepared_experiment(file, rig)};
-  require_within_travel(planned.experiment.config, rig, start_of(rig), file, console);
+  require_within_travel(planned.experiment.config, rig, start_of(rig), file, console, Player::local);
   const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
   warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   say_motion_shown_first(planned.experiment.config, rig, console);
-  report_rehearsal({planned.experiment, rig, start_of(rig), rehearsal}, file, risk, console);
+  report_rehearsal({planned.experiment, rig, start_of(rig), rehearsal, Player::local}, file, risk, console);
   planned.margin_in = margin_of(rehearsal, rig);
   return planned;
 }

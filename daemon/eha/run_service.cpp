@@ -112,10 +112,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
       entry.value("outcome", "") == "faulted") {
     explain_ended_trial(folder, units, TrackFiles::keep, console);
-    console.info(fmt::format("the partial record is in {}", folder));
+    console.info(kept_record_text(folder));
   } else if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose experiments the command itself writes, have nothing to fit.
-    console.info(command.text ? fmt::format("the partial record is in {}", folder) : partial_record_text(folder));
+    console.info(command.text ? kept_record_text(folder) : partial_record_text(folder));
   }
   console.print_json({{"schema", "eha-run/1"},
                       {"run", folder},
@@ -149,7 +149,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
     if (has_changed) {
-      console.next_step(through(command.socket, "eha characterise -o rig-new.toml"));
+      console.next_step(through(command.socket, characterise_anew()));
     } else if (const auto tune = tune_of_run(folder); tune && first_of_run(folder).first == ident::FirstStep::none) {
       console.next_step(*tune);
     }

@@ -106,6 +106,33 @@ TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
   }
 }
 
+TEST_F(Axis, TakesLengthsWithTheirUnitOnly) {
+  const auto track = [](std::vector<std::string> options) {
+    options.insert(options.begin(), {"track", "axis.toml", "--local", "--fast", "--rig", "rig.toml"});
+    return run_eha(options, folder_->path());
+  };
+  const Ended bare = track({"--step", "10"});
+  EXPECT_EQ(bare.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(bare.err.find("a length needs its unit; write 10mm or 10in"), std::string::npos) << bare.err;
+  const Ended far = track({"--step", "100mm"});
+  EXPECT_EQ(far.code, static_cast<int>(ExitCode::usage)) << far.err;
+  EXPECT_NE(far.err.find("--step 100mm"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("travel, 71"), std::string::npos) << "in the unit that was typed: " << far.err;
+  const Ended near = track({"--step", "10mm", "--sine", "0.05in", "--hold", "2", "--no-sweep", "-o", "near"});
+  EXPECT_TRUE(near.code == 0 || near.code == static_cast<int>(ExitCode::model_rejected)) << near.err;
+}
+
+TEST_F(Axis, OffersNoFileThatIsThere) {
+  for (const auto& entry : fs::directory_iterator(folder_->path() / "runs")) {
+    if (entry.path().filename().string().find("-ways") == std::string::npos) continue;
+    folder_->write("controller.toml", "");
+    const Ended again = run_eha({"fit", entry.path()}, folder_->path());
+    EXPECT_NE(again.out.find("Next: eha tune"), std::string::npos) << again.out;
+    EXPECT_NE(again.out.find(" -o controller-2.toml"), std::string::npos) << again.out;
+    fs::remove(folder_->path() / "controller.toml");
+  }
+}
+
 TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
   ASSERT_EQ(tracked_->code, 0) << tracked_->out << tracked_->err;
   const Json result = Json::parse(content_of(track_run() / "track.json"));
@@ -242,6 +269,46 @@ TEST_F(Axis, IsRefusedFromARunThatRecommendsNothing) {
   const Ended refused = run_eha({"tune", track_run().string()}, folder_->path());
   EXPECT_NE(refused.code, 0);
   EXPECT_NE(refused.err.find("recommends no model"), std::string::npos) << refused.err;
+}
+
+/// A record of a rig that no rig file here is of: the way to its axis leads over a twin.
+TEST(AxisOfARecord, IsTriedOnATwinWithTheValveOfTheRecord) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  for (const auto& [old, changed] :
+       {std::pair("\nvalve_null_offset_V = 0.2 ", "\nvalve_null_offset_V = -0.1 "),
+        std::pair("\nvalve_dead_band_V = 0.15 ", "\nvalve_dead_band_V = 0.3 "),
+        std::pair("\nnull_V = -0.2 ", "\nnull_V = 0.1 "), std::pair("\ndead_band_V = 0.2 ", "\ndead_band_V = 0.35 ")}) {
+    rig.replace(rig.find(old), std::string(old).size(), changed);
+  }
+  folder.write("other.toml", rig);
+  std::string experiment = kExperiment;
+  const std::string offset = "offset_V = -0.2";
+  folder.write("ways.toml", experiment.replace(experiment.find(offset), offset.size(), "offset_V = 0.1"));
+  const Ended run =
+      run_eha({"run", "ways.toml", "--local", "--fast", "--rig", "other.toml", "-o", "far"}, folder.path());
+  ASSERT_EQ(run.code, 0) << run.err;
+  folder.write("cyl.csv", content_of(folder.path() / "far" / "latest" / "data_10ms.csv"));
+  fs::remove_all(folder.path() / "far");
+  const auto eha = [&](const std::string& line) { return run_eha(words(line), folder.path()); };
+  const Ended fit = eha("fit cyl.csv --model integrator_lag --input-map valve -o models");
+  const std::string model = "models/integrator_lag_valve.json";
+  ASSERT_TRUE(fs::exists(folder.path() / model)) << fit.out << fit.err;
+  const Ended alone = eha("tune " + model + " -o cyl.toml");
+  ASSERT_EQ(alone.code, 0) << alone.err;
+  EXPECT_EQ(next_of(alone, "track"), "") << "which the shipped rig would refuse";
+  const std::string replay = next_of(alone, "replay");
+  EXPECT_NE(replay.find("--twin twin.toml"), std::string::npos) << alone.out;
+  ASSERT_EQ(eha(replay).code, 0);
+  const std::string twin = content_of(folder.path() / "twin.toml");
+  EXPECT_NE(twin.find("\nnull_V = 0.1"), std::string::npos) << twin;
+  const Ended tuned = eha(next_of(alone, "tune"));
+  ASSERT_EQ(tuned.code, 0) << tuned.err;
+  EXPECT_EQ(tuned.err.find("are for another valve"), std::string::npos) << tuned.err;
+  const std::string track = next_of(tuned, "track");
+  EXPECT_EQ(track, "track cyl-2.toml --rig twin.toml --local --fast");
+  const Ended checked = eha(track + " --hold 2 --no-sweep");
+  EXPECT_TRUE(checked.code == 0 || checked.code == static_cast<int>(ExitCode::model_rejected)) << checked.err;
 }
 
 }  // namespace

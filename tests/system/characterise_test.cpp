@@ -132,6 +132,19 @@ TEST(CharacteriseWithAWrongNull, SaysHowTheValveIsMeasuredWithoutFollowing) {
     EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
     EXPECT_NE(ended.err.find("a wrong [following] of rig.toml can cause this"), std::string::npos) << ended.err;
     EXPECT_EQ(ended.err.find("e-05"), std::string::npos) << ended.err;
+    EXPECT_NE(ended.err.find("the run ended before its first row"), std::string::npos) << ended.err;
+    EXPECT_EQ(ended.err.find("the partial record is in"), std::string::npos) << "there is none: " << ended.err;
+    EXPECT_EQ(ended.err.find("eha plot"), std::string::npos) << ended.err;
+    const Ended placed = run_eha({"goto", "60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+    const std::size_t plot = placed.err.find("`eha plot ");
+    ASSERT_NE(plot, std::string::npos) << placed.err;
+    const std::string run = placed.err.substr(plot + 10, placed.err.find('`', plot + 1) - plot - 10);
+    EXPECT_EQ(run_eha({"plot", run, "-o", "way.svg"}, folder.path()).code, 0) << run;
+    folder.write("rig-new.toml", "");
+    EXPECT_NE(run_eha({"goto", "60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path())
+                  .out.find("Next: eha characterise -o rig-new-2.toml"),
+              std::string::npos);
+    fs::remove(folder.path() / "rig-new.toml");
   }
   std::string text = rig_with_null("0.9");
   const std::size_t first = text.find("[following]");
@@ -200,6 +213,23 @@ TEST(Calibrate, WritesANewRigFileBesideTheOldOne) {
                                "5.4in=9.0", "-o", "new.toml"},
                               folder.path());
   EXPECT_EQ(again.code, static_cast<int>(ExitCode::usage)) << "no rig file is overwritten";
+}
+
+TEST(Calibrate, SaysWhatItDoesNotKnowOfAnExactLineAndOfAWrongReading) {
+  const TemporaryFolder folder;
+  folder.write("rig.toml", content_of(source_file("config/rigs/sim.toml")));
+  const Ended exact = run_eha(
+      {"calibrate", "--rig", "rig.toml", "--at", "0.6in=1", "--at", "3in=5", "--at", "5.4in=9", "-o", "exact.toml"},
+      folder.path());
+  ASSERT_EQ(exact.code, 0) << exact.err;
+  EXPECT_NE(exact.out.find("(scale +- at least 0.000"), std::string::npos) << exact.out;
+  EXPECT_NE(exact.out.find("the ruler's error is not in it"), std::string::npos) << exact.out;
+  const Ended wrong = run_eha({"calibrate", "--rig", "rig.toml", "--at", "0.6in=1", "--at", "3.06in=5", "--at",
+                               "5.4in=9", "--tolerance", "3mm", "-o", "wrong.toml"},
+                              folder.path());
+  ASSERT_EQ(wrong.code, 0) << wrong.err;
+  EXPECT_NE(wrong.err.find("the scale is known to +- "), std::string::npos) << wrong.err;
+  EXPECT_NE(wrong.err.find("the one at 3.06 in: measure it again"), std::string::npos) << wrong.err;
 }
 
 TEST(Calibrate, TakesACsvRefusesABadPositionAndTooFew) {

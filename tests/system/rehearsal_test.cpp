@@ -64,6 +64,25 @@ TEST(Rehearsal, NamesTheMoveToMidTravelWhereThatIsAllThatIsMissing) {
       << far.err;
 }
 
+TEST(Rehearsal, NamesNoMoveThatALocalSimulatedRodForgets) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::string start = "initial_displacement_in = 2.95";
+  folder.write("rig.toml", rig.replace(rig.find(start), start.size(), "initial_displacement_in = 5.0"));
+  const std::string paper = source_file("config/experiments/paper.toml");
+  const Ended run = run_eha({"run", paper, "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(run.code, static_cast<int>(ExitCode::configuration));
+  EXPECT_EQ(run.err.find("eha goto"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("put [start] with displacement_in = 2.95 into it"), std::string::npos) << run.err;
+  folder.write("paper.toml", content_of(paper) + "\n[start]\ndisplacement_in = 2.95\n");
+  const Ended checked = run_eha({"check", "paper.toml", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  const Ended placed = run_eha({"goto", "60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(placed.code, 0) << placed.err;
+  EXPECT_NE(placed.err.find("begins each time where rig.toml says"), std::string::npos) << placed.err;
+  EXPECT_NE(placed.out.find("Next: eha plot runs/"), std::string::npos) << placed.out;
+}
+
 TEST(Rehearsal, SaysWhatToDoWithTheDriftOfTheShippedPair) {
   const TemporaryFolder folder;
   const Ended checked =
@@ -83,8 +102,8 @@ TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
   folder.write("rig.toml", rig);
   const std::string paper = source_file("config/experiments/paper.toml");
   const std::string way =
-      "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: look at "
-      "the rod, then eha goto 74.9mm";
+      "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: set "
+      "initial_displacement_in of [sim] in rig.toml, where it begins each time";
   for (const std::vector<std::string>& words : {std::vector<std::string>{"check", paper, "--rig", "rig.toml"},
                                                 {"run", paper, "--local", "--fast", "--rig", "rig.toml"}}) {
     const Ended ended = run_eha(words, folder.path());
