@@ -22,6 +22,7 @@
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
 #include "daemon/eha/run_command.hpp"
+#include "daemon/place/place_controller.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
@@ -132,20 +133,21 @@ struct PlaceLimits {
 
 /// Refuses a place that is beyond the travel limits or too near to one, in the unit that the user reads.
 void require_within(double target_in, const PlaceLimits& limits, const std::string& where, const DisplayUnit& unit) {
-  const double lowest_in = limits.travel.lowest_in;
-  const double highest_in = limits.travel.highest_in;
+  constexpr double kRounding_in = 1e-9;  // a limit that is typed in another unit
+  const double lowest_in = limits.travel.lowest_in - kRounding_in;
+  const double highest_in = limits.travel.highest_in + kRounding_in;
   if (target_in >= lowest_in + limits.margin_in && target_in <= highest_in - limits.margin_in) return;
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");
   if (target_in < lowest_in || target_in > highest_in) {
     throw ConfigError(
-        fmt::format("{}: {:.4g} {} is beyond the travel limits of the rig, {:.5g} to {:.5g} {}; nothing "
+        fmt::format("{}: {:.6g} {} is beyond the travel limits of the rig, {:.6g} to {:.6g} {}; nothing "
                     "was moved",
                     where, factor * target_in, length, factor * lowest_in, factor * highest_in, length));
   }
   const bool is_low = target_in < lowest_in + limits.margin_in;
   throw ConfigError(fmt::format(
-      "{0}: {1:.4g} {4} is too near to the travel limit of {2:.5g} {4}: a place keeps {3:.2g} {4} from it, in "
+      "{0}: {1:.6g} {4} is too near to the travel limit of {2:.6g} {4}: a place keeps {3:.2g} {4} from it, in "
       "which the rod comes to rest; nothing was moved",
       where, factor * target_in, factor * (is_low ? lowest_in : highest_in), factor * limits.margin_in, length));
 }
@@ -195,6 +197,12 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
   const char* name = command.is_relative ? "jog" : "goto";
   require_within_limits(command, target_in, fmt::format("{} {}", name, where), console);
   if (!now) now = place_before(command);
+  if (now && std::abs(target_in - now->place_in) < place::kTolerance_in) {
+    const DisplayUnit unit = console.unit(now->units);
+    console.warning(
+        fmt::format("{} {}: the rod is within {:.2g} {} of that place, where a placing ends: it may not move", name,
+                    where, unit.factor("in") * place::kTolerance_in, unit.of("in")));
+  }
   const WayBack way_back =
       now ? way_back_of(command, *now, where, console.unit(now->units), console) : WayBack::not_needed;
   if (way_back == WayBack::refused) {

@@ -27,6 +27,7 @@
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
+#include "daemon/record/run_folder.hpp"
 
 namespace eha::cli {
 namespace {
@@ -171,10 +172,18 @@ ExitCode watch_status(Client& client, Console& console) {
   return ExitCode::ok;
 }
 
-/// The name of a run's folder, from a name or a path.
-std::string name_of(const std::string& run) {
+/// The name of a run's folder, from a name or a path; of `latest` that of the run to which the service's link leads.
+std::string name_of(const std::string& run, Client& client) {
   const std::filesystem::path path = std::filesystem::path(run).lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
+  std::string name = (path.has_filename() ? path : path.parent_path()).filename().string();
+  if (name != record::kLatestLink) return name;
+  std::error_code ignored;
+  const std::filesystem::path folder = client.call("runs").at("folder").get<std::string>();
+  const std::filesystem::path target = std::filesystem::read_symlink(folder / name, ignored);
+  if (target.empty()) {
+    throw UsageError(fmt::format("{}: no run of the service is latest; `eha runs --socket` lists its runs", run));
+  }
+  return target.filename().string();
 }
 
 void print_numbers(const Json& numbers, const char* done, const char* none, const Console& console) {
@@ -253,7 +262,7 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
   if (entry) params["entry"] = *entry;
   if (command.to > 0) params["to"] = command.to;
   if (command.by != 0) params["by"] = command.by;
-  if (!command.run.empty()) params["run"] = name_of(command.run);
+  if (!command.run.empty()) params["run"] = name_of(command.run, client);
   if (command.method == "remove" && !command.yes &&
       !console.confirm(fmt::format("This deletes {} with its record and models.", params["run"].get<std::string>()))) {
     console.info("not confirmed; nothing was deleted");

@@ -102,7 +102,13 @@ TEST_F(ServicePlace, RefusesPlacesOutsideTheTravelAndLengthsWithoutAUnit) {
   EXPECT_NE(beyond.err.find("goto 200mm: 200 mm is beyond the travel limits of the rig, 3.81 to 146.05 mm"),
             std::string::npos)
       << "in the unit that was typed: " << beyond.err;
+  const Ended at_limit = eha({"goto", "146.05mm", "--fast"});
+  EXPECT_NE(at_limit.err.find("146.05 mm is too near to the travel limit of 146.05 mm"), std::string::npos)
+      << at_limit.err;
   EXPECT_EQ(eha({"jog", "+9in", "--fast"}).code, static_cast<int>(ExitCode::configuration));
+  const Ended little = eha({"jog", "+0.1mm", "--fast"});
+  EXPECT_EQ(little.code, 0) << little.err;
+  EXPECT_NE(little.err.find("where a placing ends: it may not move"), std::string::npos) << little.err;
   EXPECT_EQ(eha({"goto", "3"}).code, static_cast<int>(ExitCode::usage));
   EXPECT_NEAR(rod_in(), 2.95, 0.01);
 }
@@ -192,6 +198,19 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
   const Ended detached = eha({"run", (daemon_.folder() / "quiet.toml").string(), "--fast", "--detach"});
   EXPECT_NE(detached.err.find("faulted: no_motion"), std::string::npos) << detached.err;
+}
+
+TEST_F(ServicePlace, SaysHowTheValveIsMeasuredWhereAWrongNullEndsTheMeasurement) {
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string null = "\nnull_V = -0.2 ";
+  std::ofstream(daemon_.rig_file()) << rig.replace(rig.find(null), null.size(), "\nnull_V = 0.9 ");
+  Client client(daemon_.socket());
+  client.call("reload");
+  client.call("arm");
+  const Ended ended = eha({"characterise", "--fast"});
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+  EXPECT_NE(ended.err.find("a wrong [following] of " + daemon_.rig_file().string()), std::string::npos) << ended.err;
+  EXPECT_NE(ended.err.find("the run ended before its first row"), std::string::npos) << ended.err;
 }
 
 TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {

@@ -97,8 +97,9 @@ TEST_F(ServiceRetention, RefusesTheNextRunWhenNoneMayGoAndSaysWhatWouldMakeRoom)
   // Every run that was measured is still there.
   EXPECT_EQ(client_->call("runs").at("runs").size(), 3U);
   const fs::path folder = accepted.at("folder").get<std::string>();
-  const Ended removed = run_eha({"runs", "remove", folder.string(), "--yes", "--socket", daemon_->socket()}, "/");
+  const Ended removed = run_eha({"runs", "remove", "latest", "--yes", "--socket", daemon_->socket()}, "/");
   EXPECT_EQ(removed.code, 0) << removed.err;
+  EXPECT_NE(removed.out.find(folder.filename().string() + ": removed"), std::string::npos) << removed.out;
   EXPECT_FALSE(fs::exists(folder));
   client_->call("arm");
   EXPECT_EQ(play(rejected_experiment("fourth")).at("outcome"), "completed");
