@@ -264,10 +264,14 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
   std::string text = fmt::format(
       "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {5}{3:.2g} {0}/V, offset +- {5}{4:.2g} {0}; +- is half a "
       "95 "
-      "% interval{6})\n",
+      "% interval)\n",
       in, factor * found.offset_in, factor * found.scale_in_per_V, half_width(found.scale_std, least_scale),
-      half_width(found.offset_std, least_offset), is_exact ? "at least " : "",
-      is_exact ? ", by the sensor's resolution: the readings lie on one line, and the ruler's error is not in it" : "");
+      half_width(found.offset_std, least_offset), is_exact ? "at least " : "");
+  if (is_exact) {
+    text +=
+        "The readings lie on one line: the intervals are of the sensor's resolution, the ruler's error is not in "
+        "them.\n";
+  }
   text += fmt::format("  {:>12}  {:>10}  {:>12}\n", "position " + in, "sensor V", "residual " + in);
   for (std::size_t i = 0; i < points.size(); ++i) {
     text += fmt::format("  {:>12.4f}  {:>10.4f}  {:>+12.4f}\n", factor * points[i].position_in, points[i].voltage_V,

@@ -223,7 +223,7 @@ TEST(Calibrate, SaysWhatItDoesNotKnowOfAnExactLineAndOfAWrongReading) {
       folder.path());
   ASSERT_EQ(exact.code, 0) << exact.err;
   EXPECT_NE(exact.out.find("(scale +- at least 0.000"), std::string::npos) << exact.out;
-  EXPECT_NE(exact.out.find("the ruler's error is not in it"), std::string::npos) << exact.out;
+  EXPECT_NE(exact.out.find("the ruler's error is not in them"), std::string::npos) << exact.out;
   const Ended wrong = run_eha({"calibrate", "--rig", "rig.toml", "--at", "0.6in=1", "--at", "3.06in=5", "--at",
                                "5.4in=9", "--tolerance", "3mm", "-o", "wrong.toml"},
                               folder.path());
