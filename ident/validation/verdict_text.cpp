@@ -161,6 +161,12 @@ class Reasons {
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
         if (cause_ == ErrorCause::drift && wanders(model_, verdict_)) return wandering(c);
+        if (model_.grey_box && c.value < kHardlyFollows_percent) {
+          return fmt::format(
+              "This structure does not follow the record: the {} R2 of {:.2g} % is below the limit of {:.4g} %; "
+              "fit the ladder, which may (eha fit without --model).",
+              c.parameter, c.value, c.limit);
+        }
         if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
             cause_ != ErrorCause::jump) {
           return fmt::format(

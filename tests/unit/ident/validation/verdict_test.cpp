@@ -527,6 +527,9 @@ TEST(Verdict, TakesNoOutputForDeadThatAnsweredInThePartThatEstimated) {
   EXPECT_EQ(judge(model, {}).reasons.front().find("hardly answers"), std::string::npos);
   model.estimation->score.r2_percent = 2.0;
   EXPECT_EQ(judge(model, {}).reasons.front().rfind("The output hardly answers to the input: ", 0), 0U);
+  // A plant that comes to rest is followed by no rod with friction, however well it answers.
+  model.grey_box = GreyBox{grey_box_kinds().front(), {}};
+  EXPECT_EQ(judge(model, {}).reasons.front().rfind("This structure does not follow the record: ", 0), 0U);
 }
 
 TEST(Verdict, JudgesAModelWithoutValidationByItsEstimationAndSaysSo) {
