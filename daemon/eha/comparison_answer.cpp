@@ -147,9 +147,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const report::ComparedSubject& first = out.subjects.front();
     subject.unfit = run.unfit;
     subject.cannot_tell = run.cannot_tell;
-    if (subject.cannot_tell.empty() && change.changed && run.has_other_input) {
+    if (subject.cannot_tell.empty() && (change.changed || !subject.first_model_holds) && run.has_other_input) {
       subject.has_other_input = true;
-      subject.cannot_tell = "the inputs differ, which alone can change the parameters of a plant that is not linear";
+      subject.cannot_tell = fmt::format("the inputs differ, which alone can change {} of a plant that is not linear",
+                                        change.changed ? "the parameters" : "the error of a model");
     }
     subject.left_over.changed = run.left_over.changed && !run.has_other_input;  // another input moves another error
     const std::string left_over = report::left_over_sentence(first, subject);

@@ -70,7 +70,9 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
       return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed", first.label,
                          subject.label);
     case Finding::other_input:
-      return "Not shown whether the plant has changed: the parameters differ, and so do the inputs";
+      return fmt::format(
+          "Not shown whether the plant has changed: {}, and the inputs differ",
+          subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
     case Finding::cannot_tell:
       return "Not shown whether the plant has changed: a record is too short";
     case Finding::leaves_other:

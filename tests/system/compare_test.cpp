@@ -112,6 +112,23 @@ TEST_F(TwoRuns, CompareFindsNothingBetweenARunAndItself) {
   EXPECT_NE(ended.out.find("Not tested: what these do not describe, as friction"), std::string::npos) << ended.out;
 }
 
+TEST_F(TwoRuns, CompareClaimsNothingOfOneRigWhoseInputsDiffer) {
+  std::string other = content_of(source_file("config/experiments/paper.toml"));
+  for (const auto& [tone, faster] : {std::pair{"= 0.65", "= 1.2"}, std::pair{"= 0.20", "= 0.44"}}) {
+    const std::size_t at = other.find(tone);
+    ASSERT_NE(at, std::string::npos) << tone;
+    other.replace(at, std::string_view(tone).size(), faster);
+  }
+  folder_->write("other.toml", other);
+  const Ended played = run_eha({"run", "other.toml", "--local", "--fast", "--rig", source_file("config/rigs/sim.toml"),
+                                "--output", "other", "--json"},
+                               folder_->path());
+  const std::string again = json::parse(played.out).at("run").get<std::string>();
+  const Ended compared = run_eha({"compare", before_, again}, folder_->path());
+  const std::string found = compared.out.substr(0, compared.out.find('\n'));
+  EXPECT_TRUE(found.starts_with("Not shown whether the plant has changed") || found.starts_with("No change")) << found;
+}
+
 TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
   const Ended fitted =
       run_eha({"fit", before_, "--model", "io", "--input-map", "valve", "-o", "m", "-q"}, folder_->path());
