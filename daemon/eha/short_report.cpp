@@ -201,7 +201,8 @@ std::string errs_beside(const Model& other, const Model& chosen) {
 const Model* closest(const std::vector<Model>& models, const Model& chosen) {
   const Model* best = nullptr;
   for (const Model& model : models) {
-    if (!model.verdict || !model.verdict->accepted) continue;
+    const bool takes_in_a_drift = model.verdict && ident::fails_any(*model.verdict, {ident::CriterionKind::slow_pair});
+    if (!model.verdict || !model.verdict->accepted || takes_in_a_drift) continue;
     const double mse = ident::shown_mse(model);
     const double least =
         best == nullptr ? ident::shown_mse(chosen) / (ident::kAsWell * ident::kAsWell) : ident::shown_mse(*best);

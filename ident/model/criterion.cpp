@@ -33,6 +33,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
      "predicted error on a fresh input", "not exact on a fresh input"},
     {Kind::residual_drift, "residual_drift", "", Unit::output, Weight::lowers, "drift over the validation part",
      "the error drifts"},
+    {Kind::slow_pair, "slow_pair", "", Unit::none, Weight::lowers, "zero and pole slower than the record",
+     "a drift taken for the plant"},
     {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input",
      "too few levels of the input"},
     {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output",

@@ -110,8 +110,17 @@ const Model* rival_of_orders(const Models& all, const Model& model) {
   return found == all.end() ? nullptr : *found;
 }
 
-/// Whether the model is of integer order, or gains enough on every model that speaks for integer orders.
+bool takes_in_a_drift(const Model& model) {
+  return model.verdict && fails_any(*model.verdict, {CriterionKind::slow_pair});
+}
+
+/// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes
+/// in a drift may not while another one is accepted.
 bool may_be_picked(const Models& all, const Model& model) {
+  if (takes_in_a_drift(model)) {
+    return std::none_of(all.begin(), all.end(),
+                        [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
+  }
   if (!has_estimated_order(model)) return true;
   const bool integer_is_accepted = std::any_of(
       all.begin(), all.end(), [](const Model* other) { return !has_estimated_order(*other) && is_accepted(*other); });
@@ -233,6 +242,17 @@ std::string needless_maps(const Model& picked, const Models& all) {
     if (picked.input_map || !model->input_map || has_estimated_order(*model) || !is_accepted(*model)) continue;
     if (gain <= 0.0 || gain > kMapGain) continue;
     text += fmt::format("; {}, {:.1f} better, has a map, which must gain {:g}", model->name, gain, kMapGain);
+  }
+  return text;
+}
+
+/// "; io, 130.2 better, takes a drift ..." of those that would else be picked.
+std::string drifts(const Model& picked, const Models& all) {
+  std::string text;
+  for (const Model* model : all) {
+    const double gain = ar_bic(picked) - ar_bic(*model);
+    if (gain <= 0.0 || takes_in_a_drift(picked) || !takes_in_a_drift(*model) || !is_accepted(*model)) continue;
+    text += fmt::format("; {}, {:.1f} better, takes a drift of the output for a part of the plant", model->name, gain);
   }
   return text;
 }
@@ -480,6 +500,7 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   }
   result.reason += unseen_resonances(**picked, all, runner_up);
   result.reason += needless_maps(**picked, all);
+  result.reason += drifts(**picked, all);
   result.reason += without_input_in_residual(**picked, all);
   result.reason += better_but_rejected(**picked, all, result.validation_chose ? order.front() : nullptr, runner_up);
   return result;

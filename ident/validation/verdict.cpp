@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/slow_pair.hpp"
 
 namespace eha::ident {
 namespace {
@@ -29,6 +30,7 @@ constexpr double kMostSaturated_percent = 1.0;
 constexpr double kFarSaturated_percent = 5.0;  // from which on the parameters are those of the stop as well
 constexpr double kNoticedChance = 0.5;
 
+constexpr double kLongestPair = 1.0;  // records
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 using Kind = CriterionKind;
 
@@ -187,6 +189,12 @@ void judge_excitation(const Model& model, Judgement& judgement) {
   judgement.criterion(Kind::excitation_order, order, parameters, order >= parameters);
 }
 
+/// A drift of the output can hide in a pole and a zero that nearly cancel.
+void judge_slow_pair(const Model& model, Judgement& judgement) {
+  const auto pair = slow_pair_over_record(model);
+  if (pair && *pair > kLongestPair) judgement.criterion(Kind::slow_pair, *pair, kLongestPair, false);
+}
+
 /// Judges whether the record determines what the structure leaves free. The paper's procedure gives no errors.
 void judge_parameters(const Model& model, Judgement& judgement) {
   if (!model.estimation || !model.estimation->correlation) return;
@@ -251,6 +259,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
                         *facts.error_over_refit <= kGreatestErrorOverRefit);
   }
   judge_stability(model, limits, judgement);
+  judge_slow_pair(model, judgement);
   judge_parameters(model, judgement);
   if (const auto& best = facts.recommended) {
     judgement.criterion(Kind::above_recommended, best->ar_bic_lower_by, kClearGain, best->ar_bic_lower_by <= kClearGain,

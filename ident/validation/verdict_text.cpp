@@ -76,7 +76,7 @@ class Reasons {
     const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
       return c.kind == Kind::error_over_refit && has_failed(c);
     });
-    about({Kind::error_over_refit, Kind::r2, Kind::max_abs_error});
+    about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error});
     // What the residual of another plant's model shows says nothing about this one.
     if (!is_of_another_plant) {
       about({Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity, Kind::future_input,
@@ -221,6 +221,12 @@ class Reasons {
             cause_ == ErrorCause::drift ? "the sensor, the null or the oil's temperature may have drifted: record when "
                                           "the oil is warm, or shorter"
                                         : "the cause named in the other notes may do that, too");
+      case Kind::slow_pair:
+        return fmt::format(
+            "A drift is taken for the plant: a zero and a pole that nearly cancel are both slower than the record is "
+            "long, {:.2g} times; take no gain and no slow time constant from this model; the sensor, the supply or the "
+            "temperature may have drifted: check them, and record again.",
+            c.value);
       case Kind::saturated:
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(

@@ -61,6 +61,30 @@ TEST(Recommendation, TakesTheLeastCriterionAndNamesTheRunnerUp) {
   EXPECT_EQ(sentence(found), "Recommended: io3 (runner-up io): " + found.reason + ".");
 }
 
+TEST(Recommendation, TakesNoDriftForThePlantWhereAnotherModelIsAccepted) {
+  // The zero and the pole at 0 of the second are both slower than the 490 s of the record.
+  Model drifts = model_of("io", -300.0);
+  drifts.transfer_function = {{{3.2, 1.0}, {-0.0008, 0.0}}, {{40.0, 2.0}, {1.0, 1.0}}, 0.0};
+  drifts.estimation->score.samples = 490;
+  drifts.estimation->compared_step_s = 1.0;
+  drifts.verdict = judge(drifts, {});
+  ASSERT_TRUE(drifts.verdict->accepted);
+  EXPECT_EQ(drifts.verdict->grade, Grade::usable);
+  EXPECT_TRUE(drifts.verdict->reasons.front().starts_with("A drift is taken for the plant: "))
+      << drifts.verdict->reasons.front();
+  const Recommendation found = recommended({model_of("io1", -100.0), drifts});
+  EXPECT_EQ(found.model, "io1");
+  EXPECT_NE(found.reason.find("io, 200.0 better, takes a drift of the output for a part of the plant"),
+            std::string::npos)
+      << found.reason;
+  EXPECT_EQ(recommended({drifts}).model, "io") << "its figures are there, and the reason";
+  // A zero of 400 s shows in 490 s, and a cylinder has none.
+  drifts.transfer_function.numerator[1].coefficient = -0.008;
+  EXPECT_EQ(judge(drifts, {}).grade, judge(model_of("io", -300.0), {}).grade);
+  drifts.transfer_function.numerator = {{3.2, 0.0}};
+  EXPECT_EQ(judge(drifts, {}).grade, judge(model_of("io", -300.0), {}).grade);
+}
+
 TEST(Recommendation, SaysWhyAnAcceptedModelIsNotRecommendedWhereNoneIs) {
   const Recommendation found = recommended(
       {model_of("fo", -109.0, Order::estimated), model_of("io3", -105.0, Order::whole, Figures::unconverged)});

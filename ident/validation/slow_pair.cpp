@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/slow_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "ident/fractional/poles.hpp"
+
+namespace eha::ident {
+namespace {
+
+bool has_whole_orders(const std::vector<Term>& terms) {
+  return std::all_of(terms.begin(), terms.end(),
+                     [](const Term& term) { return std::abs(term.order - std::round(term.order)) < 1e-9; });
+}
+
+/// The greatest time constant of the real roots [s]; 0 without one.
+double slowest_s(const std::vector<Term>& terms) {
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.removed_order > 0.0) return std::numeric_limits<double>::infinity();
+  if (polynomial.terms.size() < 2) return 0.0;
+  double slowest = 0.0;
+  for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
+    const bool is_real = std::abs(root.imag()) < 1e-7 * std::abs(root);
+    if (is_real) slowest = std::max(slowest, 1.0 / std::abs(root));
+  }
+  return slowest;
+}
+
+}  // namespace
+
+std::optional<double> slow_pair_over_record(const Model& model) {
+  const TransferFunction& g = model.transfer_function;
+  if (model.grey_box || !model.estimation || !model.estimation->compared_step_s) return {};
+  if (!has_whole_orders(g.numerator) || !has_whole_orders(g.denominator)) return {};
+  const double record_s = static_cast<double>(model.estimation->score.samples) * *model.estimation->compared_step_s;
+  const double pair_s = std::min(slowest_s(g.numerator), slowest_s(g.denominator));
+  if (!(pair_s > 0.0) || !std::isfinite(pair_s) || !(record_s > 0.0)) return {};
+  return pair_s / record_s;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "ident/model/model.hpp"
+
+namespace eha::ident {
+
+/// The time constant [records' lengths] that the slowest real zero and the slowest real pole of a model of integer
+/// order both reach; a pole at 0 is endlessly slow. Above 1 the two nearly cancel at each frequency that the record
+/// shows, and what they describe is a drift of the output. None without such a zero or pole, or where the length of the
+/// estimating part is not known. Cost: the roots of two polynomials.
+[[nodiscard]] std::optional<double> slow_pair_over_record(const Model& model);
+
+}  // namespace eha::ident
