@@ -111,7 +111,11 @@ void choose(const IdentificationTask& task, Identification& identification) {
   for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
   std::map<const ident::Model*, std::string> explained_by;
   for (const ident::Model* model : models) {
-    if (const ident::Model* other = ident::explaining(*model, models)) explained_by[model] = other->name;
+    const ident::Model* other = ident::explaining(*model, models);
+    // One that the recommended model outdoes is no advice.
+    const bool is_outdone = other != nullptr && other != &best && ident::is_comparable(*other, best) &&
+                            ident::ar_bic(*other) - ident::ar_bic(best) > ident::kClearGain;
+    if (other != nullptr && !is_outdone) explained_by[model] = other->name;
   }
   for (IdentifiedModel& identified : identification.models) {
     ident::Model& model = identified.result.model;

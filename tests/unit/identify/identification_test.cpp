@@ -12,6 +12,8 @@
 #include "daemon/identify/judging.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
+#include "ident/validation/verdict.hpp"
+#include "tests/unit/ident/validation/good_model.hpp"
 #include "tests/unit/identify/fitted_model.hpp"
 
 namespace eha::identify {
@@ -201,6 +203,30 @@ TEST(Identify, AsksForTheCutOfTheReaderWhereASensorFroze) {
     }
   }
   EXPECT_TRUE(is_met);
+}
+
+TEST(Identify, NamesNoModelToTakeThatTheRecommendedOneOutdoes) {
+  const auto of = [](const std::string& name, double ar_bic) {
+    IdentifiedModel one;
+    one.structure.name = name;
+    ident::Model& model = one.result.model = ident::good_model();
+    model.name = name;
+    model.estimation->information.emplace().ar_bic = ar_bic;
+    model.verdict = ident::judge(model, {});
+    return one;
+  };
+  const auto advice_beside = [&](double ar_bic) {
+    Identification found;
+    found.models = {of("io", -130.0), of("io1", ar_bic)};
+    found.models[0].result.model.validation->tests->input.p = 1e-5;
+    found.models[0].result.model.verdict = ident::judge(found.models[0].result.model, {});
+    const ident::Record record;
+    choose({.record = record}, found);
+    EXPECT_EQ(found.recommendation.model, "io") << found.recommendation.reason;
+    return found.models[0].result.model.verdict->explained_by;
+  };
+  EXPECT_EQ(advice_beside(-125.0), "io1");
+  EXPECT_EQ(advice_beside(-115.0), "");
 }
 
 TEST(Identify, NamesTheSourceOfABadRecord) {
