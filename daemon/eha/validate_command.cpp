@@ -18,6 +18,7 @@
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/comparison.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/size_hint.hpp"
 #include "daemon/identify/source.hpp"
@@ -144,6 +145,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::ValidationReport& validation = scored_here.validation;
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
+  identify::note_record(identify::task_of(source), model);
   // Another record starts at another position, so the model's offset does not apply to it.
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;

@@ -325,8 +325,10 @@ IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,
                           .source_name = source.name,
                           .cut = source.cut,
+                          .frozen = source.frozen,
                           .gaps = source.gaps,
                           .without_gaps = source.without_gaps,
+                          .within_dead_band = within_dead_band(source),
                           .interpolated_percent = interpolated_percent(source),
                           .repetition_samples = source.repetition_samples};
   if (source.experiment) {

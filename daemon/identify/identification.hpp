@@ -30,8 +30,10 @@ struct IdentificationTask {
   ident::AcceptanceLimits acceptance = {};
   std::vector<std::string> remarks = {};  ///< on the record, for a person to look at; kept in the models' provenance
   importer::Cut cut = {};                 ///< as Source
+  std::string frozen = {};                ///< as Source
   std::string gaps = {};                  ///< as Source
   importer::Cut without_gaps = {};        ///< as Source
+  std::string within_dead_band = {};      ///< of identify::within_dead_band()
   double interpolated_percent = 0.0;      ///< share of the record's rows [%]
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.

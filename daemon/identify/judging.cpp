@@ -66,15 +66,28 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
   return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
 }
 
-void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
-           ident::FitResult& result) {
-  ident::Model& model = result.model;
+void note_record(const IdentificationTask& task, ident::Model& model) {
+  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
+                          ident::kWithoutGaps, ident::kWithinDeadBand}) {
+    model.provenance.erase(key);
+  }
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
+  if (!task.within_dead_band.empty()) model.provenance[ident::kWithinDeadBand] = task.within_dead_band;
+  if (!task.frozen.empty()) {
+    model.provenance[ident::kFrozenOfRecord] = task.frozen;
+    if (!task.cut.keeps_all()) model.provenance[ident::kWithoutFrozen] = importer::cut_options(task.cut);
+  }
   if (!task.gaps.empty()) {
     model.provenance[ident::kGapsOfRecord] = task.gaps;
     const importer::Cut& part = task.cut.keeps_all() ? task.without_gaps : task.cut;
     if (!part.keeps_all()) model.provenance[ident::kWithoutGaps] = importer::cut_options(part);
   }
+}
+
+void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
+           ident::FitResult& result) {
+  ident::Model& model = result.model;
+  note_record(task, model);
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);

@@ -17,6 +17,10 @@ namespace eha::identify {
 [[nodiscard]] std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task,
                                                                  const ident::FitResult& result);
 
+/// Notes in a model's provenance what its verdict reads there of the task's record: where the sensor froze, where rows
+/// are missing, what to cut, and that the input hardly leaves the dead band. What it says of another record is removed.
+void note_record(const IdentificationTask& task, ident::Model& model);
+
 /// Gives a fitted model its verdict, with all known facts of the record, its usable band and its origin.
 /// @param excited  of excited_by(); none: no usable band is given
 /// Cost: the model's frequency response at some hundred frequencies.

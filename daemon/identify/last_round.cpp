@@ -49,7 +49,7 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
   identification.next_experiment = longer_experiment(source);
   const std::optional<WeakParameter> weak = weak_parameter(models);
   if (!weak) {
-    if (identification.next_experiment) end_round("a longer experiment");
+    if (identification.next_experiment) end_round(identification.next_experiment->what);
     return;
   }
   const auto model = std::find_if(models.begin(), models.end(), [&](const auto* m) { return m->name == weak->model; });
@@ -65,7 +65,7 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
   if (reason.ends_with('.')) reason.pop_back();
   reason += why;
   if (identification.next_experiment) identification.next_experiment->reason += why;
-  end_round(identification.next_experiment ? "a longer experiment" : "a new experiment");
+  end_round(identification.next_experiment ? identification.next_experiment->what : "a new experiment");
 }
 
 void add_longer_experiment(const Source& source, Identification& identification) {

@@ -109,7 +109,23 @@ std::string text_with_tones(const config::ExperimentConfig& experiment, const co
   return {};
 }
 
+std::string reach_text(double reach_V, const config::RigConfig& rig) {
+  return fmt::format("the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V", reach_V,
+                     rig.limits.following->dead_band_V);
+}
+
 }  // namespace
+
+std::string within_dead_band(const Source& source) {
+  if (!source.experiment || source.experiment->text.empty()) return {};
+  try {
+    const std::optional<config::RigConfig> rig = rig_of(source);
+    const auto reach_V = rig ? reach_within_dead_band(prepared(source.experiment->text, *rig), *rig) : std::nullopt;
+    return reach_V ? reach_text(*reach_V, *rig) : std::string();
+  } catch (const Error&) {  // plays nothing that can be prepared
+    return {};
+  }
+}
 
 std::optional<NextExperiment> longer_experiment(const Source& source) {
   if (!source.experiment || source.experiment->text.empty()) return {};
@@ -134,15 +150,13 @@ std::optional<NextExperiment> longer_experiment(const Source& source) {
       longer.text = next.text;
       next.text = text_with_tones(longer, *rig);
       if (next.text.empty()) return {};
-      next.reason = weak_V
-                        ? fmt::format(
-                              "the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V: "
-                              "greater tones move the rod, and in the rehearsal stay clear of the rig's limits",
-                              *weak_V, rig->limits.following->dead_band_V)
-                        : fmt::format(
-                              "a multisine moves the input all the time, and in the rehearsal it stays clear of the "
-                              "rig's limits{}",
-                              is_allowed ? "" : ", which the same experiment with more repetitions does not");
+      next.what = weak_V ? "an experiment with greater tones" : "an experiment with a multisine";
+      next.reason = weak_V ? reach_text(*weak_V, *rig) +
+                                 ": greater tones move the rod, and in the rehearsal stay clear of the rig's limits"
+                           : fmt::format(
+                                 "a multisine moves the input all the time, and in the rehearsal it stays clear of the "
+                                 "rig's limits{}",
+                                 is_allowed ? "" : ", which the same experiment with more repetitions does not");
     }
     const auto read = config::parse_experiment(next.text, std::string(kNextExperimentFile), config::NamedFiles::leave);
     if (read.repetitions != repetitions) return {};

@@ -26,7 +26,12 @@ struct Round {
 struct NextExperiment {
   std::string text;    ///< TOML
   std::string reason;  ///< one sentence
+  std::string what = "a longer experiment";
 };
+
+/// "the volts went 0.22 V from the valve's null, of which its dead band takes 0.2 V", of a run whose input hardly
+/// leaves the dead band of its rig; empty for another one, and for a file.
+[[nodiscard]] std::string within_dead_band(const Source& source);
 
 /// File of the next experiment, beside the models or in the run's folder.
 inline constexpr std::string_view kNextExperimentFile = "next_experiment.toml";

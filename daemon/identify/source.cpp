@@ -91,6 +91,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     }
     source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
+    source.frozen = std::move(imported.frozen);
     source.without_gaps = imported.without_gaps;
     source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);

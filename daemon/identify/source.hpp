@@ -33,6 +33,7 @@ struct Source {
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
   std::string exchange = {};              ///< of a file: the options that exchange input and output
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
+  std::string frozen = {};                ///< of a file: where the sensor froze, as importer::Imported
   importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
   std::string gaps = {};                  ///< of a file: where gaps were filled, as importer::Imported
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each

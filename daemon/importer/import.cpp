@@ -428,6 +428,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
                          imported.held, record.start_s, record.step_s, !why.empty());
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
   imported.cut = findings.cut;
+  imported.frozen = std::move(findings.frozen);
   imported.without_gaps =
       part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
   imported.gaps = gaps_text(imported.filled, record.start_s, record.step_s);

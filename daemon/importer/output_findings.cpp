@@ -229,6 +229,17 @@ std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>
   return text.empty() ? text : text + ": the sensor is at its end, or the rod stands";
 }
 
+/// "from 42 to 42.29 s", of several the longest; empty without one.
+std::string longest_of(const std::vector<Stretch>& found, double start_s, double step_s) {
+  if (found.empty()) return {};
+  const auto [first, last] = *std::max_element(found.begin(), found.end(), [](const Stretch& a, const Stretch& b) {
+    return a.second - a.first < b.second - b.first;
+  });
+  const auto time = [&](std::size_t row) { return time_text(start_s + static_cast<double>(row) * step_s); };
+  const std::string span = fmt::format("from {} to {} s", time(first), time(last));
+  return found.size() == 1 ? span : fmt::format("in {} places, the longest {}", found.size(), span);
+}
+
 /// Stretches over which the output keeps a value to the bit, between its extremes, while the input moves over a large
 /// part of its range: no rod does that.
 std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const std::vector<double>& output) {
@@ -541,6 +552,7 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
                     time_text(time(frozen.front().second)),
                     frozen.size() > 1 ? fmt::format(" and {} more times alike", frozen.size() - 1) : ""),
         frozen);
+    findings.frozen = longest_of(frozen, start_s, step_s);
   }
   add(fmt::format(
           "what the input did in a filled gap of {} rows or more is not known, and a rod that integrates stands "
@@ -561,14 +573,7 @@ Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count,
 }
 
 std::string gaps_text(const std::vector<std::size_t>& filled, double start_s, double step_s) {
-  const std::vector<Stretch> gaps = stretches(filled, kLongGap);
-  if (gaps.empty()) return {};
-  const auto [first, last] = *std::max_element(gaps.begin(), gaps.end(), [](const Stretch& a, const Stretch& b) {
-    return a.second - a.first < b.second - b.first;
-  });
-  const auto time = [&](std::size_t row) { return time_text(start_s + static_cast<double>(row) * step_s); };
-  const std::string span = fmt::format("from {} to {} s", time(first), time(last));
-  return gaps.size() == 1 ? span : fmt::format("in {} places, the longest {}", gaps.size(), span);
+  return longest_of(stretches(filled, kLongGap), start_s, step_s);
 }
 
 std::string cut_options(const Cut& cut) {

@@ -55,6 +55,7 @@ struct Cut {
 struct OutputFindings {
   std::vector<std::string> remarks = {};  ///< a sentence each, the last of them with the cut
   Cut cut = {};                           ///< the longest part without any of what spoils a model
+  std::string frozen = {};  ///< where the sensor froze, "from 30 to 49.98 s", of several the longest; may be empty
 };
 
 /// What a person should know of an output: that the sensor is read more slowly than the rows, that it is clipped (the

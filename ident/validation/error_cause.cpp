@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -17,6 +18,14 @@ constexpr double kMostlyOffset = 0.5;  // of the mean squared error, without its
 bool passes(const Verdict& verdict, Kind kind) {
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
                      [&](const Criterion& c) { return c.kind == kind && c.judged && c.passed; });
+}
+
+/// Whether a model does not follow its record, in anything that its error shows.
+bool is_off(const Model& model, const Verdict& verdict) {
+  return (model.validation && (model.validation->end_stop || model.validation->jump)) ||
+         fails_any(verdict, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness,
+                             Kind::nonlinearity, Kind::future_input, Kind::predicted_error, Kind::residual_drift,
+                             Kind::saturated, Kind::far_saturated, Kind::error_over_noise, Kind::far_error_over_noise});
 }
 
 }  // namespace
@@ -40,6 +49,7 @@ bool wanders(const Model& model, const Verdict& verdict) {
 }
 
 ErrorCause error_cause(const Model& model, const Verdict& verdict) {
+  if (model.provenance.contains(kFrozenOfRecord) && is_off(model, verdict)) return ErrorCause::frozen;
   if (!model.validation) return ErrorCause::unknown;
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
     return ErrorCause::end_stop;

@@ -10,6 +10,7 @@ namespace eha::ident {
 /// What explains the greatest part of a model's error on a record, by the findings of its validation. Of several the
 /// first of this list.
 enum class ErrorCause {
+  frozen,        ///< the sensor froze, and the model is off
   end_stop,      ///< the output stands at an end
   jump,          ///< one sudden lasting change
   other_plant,   ///< the model is of another plant

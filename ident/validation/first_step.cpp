@@ -60,13 +60,20 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
   for (const Model* model : counted) {
     if (const std::string cut = told(*model, kCutOfRecord); !cut.empty()) return {FirstStep::cut, cut};
   }
+  for (const Model* model : counted) {
+    if (model->verdict && error_cause(*model, *model->verdict) == ErrorCause::frozen) {
+      return {FirstStep::cut, told(*model, kWithoutFrozen)};
+    }
+  }
   if (const auto stop = end_stop_of(models, recommended)) return {FirstStep::cut, cut_options(*stop)};
   for (const Model* model : counted) {
     const std::string cut = told(*model, kWithoutGaps);
     if (fails(*model, {Kind::interpolated}) && !cut.empty()) return {FirstStep::cut, cut};
   }
   if (all([](const Model* model) { return model->validation && model->validation->jump; })) return {FirstStep::cut};
-  if (all([](const Model* model) { return fails(*model, {Kind::saturated, Kind::far_saturated}); })) {
+  if (all([](const Model* model) {
+        return fails(*model, {Kind::saturated, Kind::far_saturated}) && told(*model, kWithinDeadBand).empty();
+      })) {
     return {FirstStep::smaller_amplitude};
   }
   const bool is_short =

@@ -12,7 +12,7 @@ namespace eha::ident {
 /// What stands before every use of a record's models. Of several the first of this list.
 enum class FirstStep {
   look_at_sensor,     ///< the record shows no motion: shows_no_motion()
-  cut,                ///< a part of the record is none of the plant: an end stop, a jump, gaps; FirstSteps::cut_options
+  cut,                ///< a part of the record is none of the plant: a frozen sensor, an end stop, a jump, gaps
   smaller_amplitude,  ///< the output is at an end now and then, which no cut leaves out
   longer_record,      ///< the record is too short to judge the recommended model
   none,               ///< nothing does

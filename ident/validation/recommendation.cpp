@@ -304,7 +304,9 @@ std::string cause_in_record(const Models& all) {
   };
   const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
   for (const Model* model : all) {
-    if (has_reason(*model) && model->validation && model->validation->end_stop) return whole(*model);
+    const bool is_frozen = model->verdict && error_cause(*model, *model->verdict) == ErrorCause::frozen;
+    const bool is_at_stop = model->validation && model->validation->end_stop;
+    if (has_reason(*model) && (is_frozen || is_at_stop)) return whole(*model);
   }
   const Model& nearest = *all.front();
   const bool is_drift = has_reason(nearest) && wanders(nearest, *nearest.verdict) &&

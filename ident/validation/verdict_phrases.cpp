@@ -57,6 +57,16 @@ std::string interval_text(const ParameterEstimate& p) {
   return "unbounded";
 }
 
+std::string frozen_in_record(const Model& model) {
+  const auto frozen = model.provenance.find(kFrozenOfRecord);
+  if (frozen == model.provenance.end()) return {};
+  const auto cut = model.provenance.find(kWithoutFrozen);
+  return fmt::format(
+      "The sensor froze {}: the output kept one value to the last digit while the input moved, and no model follows "
+      "that; {}.",
+      frozen->second, cut == model.provenance.end() ? "record again" : "cut with " + cut->second);
+}
+
 std::string gaps_in_record(const Model& model) {
   const auto gaps = model.provenance.find(kGapsOfRecord);
   if (gaps == model.provenance.end()) return {};

@@ -32,9 +32,20 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// The provenance of a model that gives the cut of its record ("--to 29.99") in place of the model's own.
 inline constexpr const char* kCutOfRecord = "cut";
 
+/// The provenance of a model that says where the sensor of its record froze ("from 30 to 49.98 s").
+inline constexpr const char* kFrozenOfRecord = "frozen";
+inline constexpr const char* kWithoutFrozen = "without_frozen";  ///< and the options that keep the longest part without
+
 /// The provenance of a model that says where rows of its record were not measured ("from 42 to 42.29 s").
 inline constexpr const char* kGapsOfRecord = "gaps";
 inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the options that keep the longest part without one
+
+/// That the sensor froze, and the command that cuts that off; empty where it did not.
+[[nodiscard]] std::string frozen_in_record(const Model& model);
+
+/// The provenance of a model of a record whose input hardly leaves the valve's dead band: how far it went, and what
+/// the dead band takes.
+inline constexpr const char* kWithinDeadBand = "within_dead_band";
 
 /// What such gaps do, and the command that cuts them off; empty without any.
 [[nodiscard]] std::string gaps_in_record(const Model& model);

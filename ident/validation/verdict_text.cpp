@@ -65,6 +65,7 @@ class Reasons {
 
   std::vector<std::string> all() {
     if (shows_no_motion(model_, verdict_)) return {no_motion()};
+    if (cause_ == ErrorCause::frozen) return frozen();
     // What explains the other reasons comes first.
     about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::converged});
     note_flat_ridge();
@@ -119,6 +120,13 @@ class Reasons {
         error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), kAgainstNoMotion);
   }
 
+  /// What is left over shows the sensor there, no plant: no statement on it.
+  [[nodiscard]] std::vector<std::string> frozen() {
+    about({Kind::r2, Kind::max_abs_error});
+    rejections_.insert(rejections_.begin(), frozen_in_record(model_));
+    return rejections_;
+  }
+
   /// Whether a part of the record that is none of the plant is named, which what is left over then shows.
   [[nodiscard]] bool is_cut_advised() const {
     return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
@@ -160,6 +168,7 @@ class Reasons {
             "record longer.",
             model_.estimation->evaluations, model_.estimation->termination);
       case Kind::r2:
+        if (cause_ == ErrorCause::frozen) return low_r2(c);
         if (cause_ == ErrorCause::drift && wanders(model_, verdict_)) return wandering(c);
         if (model_.grey_box && c.value < kHardlyFollows_percent) {
           return fmt::format(
@@ -231,9 +240,11 @@ class Reasons {
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(
             "Sensor or actuator saturate: the output stays at its greatest or least value for {:.3g} % of the samples "
-            "while the model goes on, more than {:.3g} %: an end stop, or the end of the sensor; record with smaller "
-            "amplitudes, or cut with --from and --to.",
-            c.value, c.limit);
+            "while the model goes on, more than {:.3g} %: {}",
+            c.value, c.limit,
+            greater_amplitudes().empty()
+                ? "an end stop, or the end of the sensor; record with smaller amplitudes, or cut with --from and --to."
+                : "the rod rests; " + greater_amplitudes() + ".");
       case Kind::far_saturated:
         return fmt::format(
             "The output stands at an end for {:.3g} % of the samples, more than {:.3g} %: gain and dead band come out "
@@ -341,7 +352,7 @@ class Reasons {
           error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, c.value, c.limit,
           kAgainstNoise);
     }
-    const bool is_named = cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
+    const bool is_named = cause_ == ErrorCause::frozen || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
     return fmt::format("The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}",
                        c.parameter, c.value, c.limit,
                        is_named ? "cut as said above, and fit again."
@@ -363,6 +374,12 @@ class Reasons {
         value, half_width, kInterval95 * c.limit);
   }
 
+  /// "record greater amplitudes, as ..." where the input hardly leaves the dead band; else empty.
+  [[nodiscard]] std::string greater_amplitudes() const {
+    const auto within = model_.provenance.find(kWithinDeadBand);
+    return within == model_.provenance.end() ? std::string() : "record greater amplitudes, as " + within->second;
+  }
+
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
     if (!verdict_.explained_by.empty()) {
@@ -378,6 +395,7 @@ class Reasons {
                              ? "fit the structure with dry friction (eha fit --model friction), or "
                              : "");
     }
+    if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }

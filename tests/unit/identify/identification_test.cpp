@@ -176,7 +176,7 @@ TEST(Identify, LetsMoreOfAStaircaseEstimateWhoseFirstHalfDoesNotTellADeadBand) {
   EXPECT_TRUE(identify(source, given, {}, {}).warnings.empty());
 }
 
-TEST(Identify, AsksForTheCutOfTheReaderWhereASensorFroze) {
+TEST(Identify, SaysThatTheSensorFrozeBeforeWhatThatDoesToTheError) {
   Source source;
   source.name = "frozen.csv";
   source.record.step_s = 0.01;
@@ -189,20 +189,21 @@ TEST(Identify, AsksForTheCutOfTheReaderWhereASensorFroze) {
   ident::PortableDraw draw(3);
   for (double& y : source.record.output) y += 0.02 * draw.normal();
   source.record.output.segment(2000, 200).setConstant(source.record.output[2000]);
-  source.cut = importer::findings_on_output({source.record.input.begin(), source.record.input.end()},
-                                            {source.record.output.begin(), source.record.output.end()}, {}, 0.0, 0.01)
-                   .cut;
+  const importer::OutputFindings findings =
+      importer::findings_on_output({source.record.input.begin(), source.record.input.end()},
+                                   {source.record.output.begin(), source.record.output.end()}, {}, 0.0, 0.01);
+  source.cut = findings.cut;
+  source.frozen = findings.frozen;
   EXPECT_EQ(importer::cut_options(source.cut), "--to 19.99");
   const Identification found = identify(source, task_of(source), {}, {});
-  bool is_met = false;
   for (const IdentifiedModel& one : found.models) {
-    for (const std::string& reason : one.result.model.verdict->reasons) {
-      if (reason.find("cut with") == std::string::npos || reason.find("jumps") == std::string::npos) continue;
-      is_met = true;
-      EXPECT_TRUE(reason.ends_with("cut with --to 19.99.")) << one.structure.name << ": " << reason;
-    }
+    const std::vector<std::string>& reasons = one.result.model.verdict->reasons;
+    ASSERT_FALSE(reasons.empty()) << one.structure.name;
+    EXPECT_EQ(reasons.front().rfind("The sensor froze from 20 to 21.99 s: ", 0), 0U) << reasons.front();
+    EXPECT_TRUE(reasons.front().ends_with("; cut with --to 19.99.")) << reasons.front();
   }
-  EXPECT_TRUE(is_met);
+  EXPECT_EQ(next_step_of(found).cut_options, "--to 19.99");
+  EXPECT_EQ(found.rounds.size(), 1U) << "other starts mend no sensor";
 }
 
 TEST(Identify, NamesNoModelToTakeThatTheRecommendedOneOutdoes) {

@@ -57,6 +57,56 @@ TEST(NextStep, CutsBeforeItRecordsLonger) {
   EXPECT_EQ(next_step({&model}, "io").first, FirstStep::cut);
 }
 
+/// A model of a record in whose second part the sensor froze.
+Model with_frozen_sensor() {
+  Model model = good_model();
+  model.provenance[kFrozenOfRecord] = "from 30 to 49.98 s";
+  model.provenance[kWithoutFrozen] = "--to 29.98";
+  return model;
+}
+
+TEST(NextStep, CutsAwayWhereASensorFroze) {
+  Model model = with_frozen_sensor();
+  EXPECT_EQ(judged(model).verdict->reasons, judged(good_model()).verdict->reasons) << "it does no harm here";
+  EXPECT_EQ(next_step({&model}, "").first, FirstStep::none);
+  model.validation->score.r2_percent = -8796.0;
+  model.validation->tests->input.p = 1e-9;
+  model.validation->tests->whiteness.p = 1e-9;
+  model.validation->jump = ErrorJump{.time_s = 30.0, .change = 0.3};
+  model = judged(model);
+  const NextStep next = next_step({&model}, "");
+  EXPECT_EQ(next.first, FirstStep::cut);
+  EXPECT_EQ(next.cut_options, "--to 29.98");
+  const std::vector<std::string>& reasons = model.verdict->reasons;
+  ASSERT_EQ(reasons.size(), 2U) << "what is left over shows the sensor";
+  EXPECT_EQ(reasons[0],
+            "The sensor froze from 30 to 49.98 s: the output kept one value to the last digit while the input moved, "
+            "and no model follows that; cut with --to 29.98.");
+  EXPECT_TRUE(reasons[1].ends_with("; cut as said above, and fit again.")) << reasons[1];
+}
+
+TEST(Verdict, NamesAFrozenSensorWithoutAValidationToo) {
+  Model model = with_frozen_sensor();
+  model.validation.reset();
+  model.estimation->score.r2_percent = 50.0;
+  EXPECT_EQ(judged(model).verdict->reasons.front().rfind("The sensor froze from 30", 0), 0U);
+}
+
+TEST(Verdict, AsksForGreaterAmplitudesWhereTheInputHardlyLeavesTheDeadBand) {
+  const std::string reach = "the volts went 0.22 V from the valve's null, of which its dead band takes 0.2 V";
+  Model model = good_model();
+  model.provenance[kWithinDeadBand] = reach;
+  model.validation->tests->input.p = 1e-5;
+  model.validation->saturated_percent = 3.0;
+  model.name = "io";
+  model.verdict = judge(model, {}, {.beside_ladder = true});
+  std::string all;
+  for (const std::string& reason : model.verdict->reasons) all += reason + "\n";
+  EXPECT_EQ(all.find("smaller amplitudes"), std::string::npos) << all;
+  EXPECT_NE(all.find("; record greater amplitudes, as " + reach), std::string::npos) << all;
+  EXPECT_NE(next_step({&model}, "").first, FirstStep::smaller_amplitude);
+}
+
 TEST(NextStep, IsNoneForAGoodModelAndAnotherModelsStop) {
   const Model good = judged(good_model());
   EXPECT_EQ(next_step({&good}, "io").first, FirstStep::none);

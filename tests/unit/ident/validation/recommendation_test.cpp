@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -318,6 +319,17 @@ TEST(Recommendation, SaysFirstWhatLiesInTheRecord) {
       found.reason,
       "The rod stands on an end stop (or the sensor at its end), at 5.900 in from 12.1 s on, 79 % of the samples, "
       "and no model follows it there; cut with --to 12.08, or record nearer to mid-travel");
+}
+
+TEST(Recommendation, SaysFirstThatTheSensorFroze) {
+  std::vector<Model> models{model_of("io", -100.0, Order::whole, Figures::bad_validation)};
+  models[0].provenance[kFrozenOfRecord] = "from 30 to 49.98 s";
+  models[0].provenance[kWithoutFrozen] = "--to 29.98";
+  models[0].verdict = judge(models[0], {});
+  const Recommendation found = recommended(models);
+  EXPECT_TRUE(found.model.empty());
+  EXPECT_EQ(found.reason.rfind("The sensor froze from 30 to 49.98 s: ", 0), 0U) << found.reason;
+  EXPECT_TRUE(found.reason.ends_with("; cut with --to 29.98")) << found.reason;
 }
 
 TEST(Recommendation, CallsARejectedModelSuperfluousOnlyWhereItFitsAsWell) {
