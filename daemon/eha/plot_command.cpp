@@ -53,7 +53,8 @@ What is drawn:
   run                 over time the measured output with the recommended model and its runner-up, their errors (measured
                       less model), the input; right of a dashed line nothing was estimated, and a trip is marked
   fit.csv             the same with the two models of least error
-  run of `eha track`  over time reference and rod, the error (rod less reference), the command; a trip is marked
+  run of `eha track`  over time reference and rod, the error (rod less reference), the command; means over 50 ms, and
+                      of a trial that tripped the readings, with the trip marked
   record              output and input over time; --period for one without times, as for `eha import`
   another table       its columns over the first one
   model               gain and phase over frequency, with 95 % bounds (narrow ones are hidden by the line) within the
@@ -101,7 +102,14 @@ plot::Format format_of(const fs::path& path) {
 plot::Figure of_run(const std::string& folder, const Console& console) {
   if (record::is_run_folder(folder) && record::purpose_of(record::read_manifest(folder)) == record::Purpose::tracking) {
     const track::TrackResult result = track::played_track(record::OpenRun(folder));
-    return tune::motion_figure(trace_of(result), result.folder.filename().string(), console.unit(result.units));
+    const std::string name = result.folder.filename().string();
+    const DisplayUnit unit = console.unit(result.units);
+    if (!result.trip_s) return tune::motion_figure(trace_of(result), name, unit);
+    report::Subject trial;
+    trial.track = table_of(result);
+    plot::Figure figure = report::ended_trial_figure(report::in_unit(std::move(trial), unit).track, name);
+    report::mark_trip(figure, *result.trip_s);
+    return figure;
   }
   report::Subject loaded = report::load_run(folder);
   const DisplayUnit unit = console.unit(record::rig_units(*loaded.manifest));

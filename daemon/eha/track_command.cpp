@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -108,12 +109,30 @@ std::string leak_sentence(const std::optional<ident::ValveSheet>& sheet, const D
 }  // namespace
 
 tune::TrialTrace trace_of(const track::TrackResult& result) {
-  return {.time_s = result.rows.time_s,
-          .reference_in = result.mean_reference_in,
-          .rod_in = result.mean_rod_in,
-          .command_V = result.rows.command_V,
+  // Near the ends the means have fewer rows and more noise.
+  const std::vector<double>& time_s = result.rows.time_s;
+  const double reach_s = 0.5 * track::kMean_s;
+  const auto first = std::lower_bound(time_s.begin(), time_s.end(), time_s.front() + reach_s) - time_s.begin();
+  const auto last =
+      std::max(first, std::upper_bound(time_s.begin(), time_s.end(), time_s.back() - reach_s) - time_s.begin());
+  const auto inner = [&](const std::vector<double>& values) {
+    return std::vector<double>(values.begin() + first, values.begin() + last);
+  };
+  return {.time_s = inner(time_s),
+          .reference_in = inner(result.mean_reference_in),
+          .rod_in = inner(result.mean_rod_in),
+          .command_V = inner(result.rows.command_V),
           .sweep_s = result.sweep_s,
-          .trip_s = result.trip_s};
+          .mean_s = track::kMean_s};
+}
+
+identify::FitTable table_of(const track::TrackResult& result) {
+  return {.input = {"command", "V"},
+          .output = {"displacement", "in"},
+          .time_s = result.rows.time_s,
+          .applied = result.rows.command_V,
+          .measured = result.rows.rod_in,
+          .models = {{"reference", result.rows.reference_in}}};
 }
 
 report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit, const std::string& title,

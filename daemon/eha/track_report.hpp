@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/identify/fit_table.hpp"
 #include "daemon/record/open_run.hpp"
 #include "daemon/report/page.hpp"
 #include "daemon/track/track_result.hpp"
@@ -20,8 +21,12 @@ enum class TrackFiles { write, keep };
 /// @throws DataError, IoError, PermissionError  as track::track_result
 ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console& console);
 
-/// The trial's reference, rod and command; rod and reference as means over 50 ms.
+/// The trial's reference, rod and command; rod and reference as means over track::kMean_s, without the ends where those
+/// have fewer rows.
 [[nodiscard]] tune::TrialTrace trace_of(const track::TrackResult& result);
+
+/// The trial as read, as the report of one that ended early shows it.
+[[nodiscard]] identify::FitTable table_of(const track::TrackResult& result);
 
 /// Writes the controller's page with the results of the run.
 /// @param title  of the page   @param lead_html  first part of the page

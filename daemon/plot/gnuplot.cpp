@@ -103,9 +103,11 @@ std::string run_gnuplot(std::string_view script) {
   return drawn;
 }
 
+// Round joins: a mitred one ends in a spike at each sharp turn, so noisy samples closer than a line is wide become a
+// blot. gnuplot's Cairo terminals round the ends of dashes with the joins, which closes the gaps, and keep the mitres.
 std::string svg_terminal(double height_px) {
-  return fmt::format("set terminal svg size {},{:.0f} noenhanced font 'Arial,14' background '#ffffff'\n", kWidth_px,
-                     height_px);
+  return fmt::format("set terminal svg size {},{:.0f} noenhanced rounded font 'Arial,14' background '#ffffff'\n",
+                     kWidth_px, height_px);
 }
 
 std::string terminal(const Figure& figure, Format format) {

@@ -27,9 +27,12 @@ constexpr double kMargin = 0.08;  // of a range, beyond the least and the greate
 constexpr int kArcPoints = 90;
 constexpr int kMostRings = 3;
 constexpr int kTripStyle = 3;
+constexpr std::size_t kParts = 500;    // of a curve's time, each drawn as its least and its greatest value
+constexpr double kStandsStill = 1e-5;  // range of an output that is constant, of its value
 
-Series curve(std::span<const double> x, std::span<const double> y, const std::string& label, int style) {
-  plot::Points points = plot::envelope(x, y);
+Series curve(std::span<const double> x, std::span<const double> y, const std::string& label, int style,
+             std::size_t parts = kParts) {
+  plot::Points points = plot::envelope(x, y, parts);
   return {.label = label, .x = std::move(points.x), .y = std::move(points.y), .mark = Mark::line, .style = style};
 }
 
@@ -237,6 +240,12 @@ void mark_trip(plot::Figure& figure, double trip_s) {
       panel.rules.push_back({.at = trip_s, .vertical = true});
       continue;
     }
+    // A line as high as a constant output would be a point.
+    const double size = std::max(1.0, std::max(std::abs(least), std::abs(greatest)));
+    if (greatest - least < kStandsStill * size) {
+      least -= kMargin * size;
+      greatest += kMargin * size;
+    }
     panel.series.push_back({.label = fmt::format("trip at {} s", time_text(trip_s)),
                             .x = {trip_s, trip_s},
                             .y = {least, greatest},
@@ -256,8 +265,21 @@ void add_rest(plot::Figure& figure, const identify::FitTable& table, const ident
     output.push_back(record.output[k]);
     input.push_back(record.input[k]);
   }
-  figure.panels.front().series.push_back(curve(time_s, output, "", 0));
-  figure.panels.back().series.push_back(curve(time_s, input, "", 1));
+  // As dense as the curve before it.
+  const double share = (time_s.back() - time_s.front()) / (time_s.back() - table.time_s.front());
+  const auto parts = static_cast<std::size_t>(std::ceil(share * static_cast<double>(kParts)));
+  if (parts == 0) return;
+  figure.panels.front().series.push_back(curve(time_s, output, "", 0, parts));
+  figure.panels.back().series.push_back(curve(time_s, input, "", 1, parts));
+}
+
+plot::Figure ended_trial_figure(const identify::FitTable& rows, const std::string& title) {
+  plot::Figure figure = fit_figure(rows, {"reference"}, std::nullopt, title);
+  figure.panels[0].series.front().label = "rod";
+  figure.panels[1].y_label = axis_label({"error, rod - reference", rows.output.unit});
+  for (Series& error : figure.panels[1].series) error.label = "single readings";
+  figure.panels[2].series.front().label.clear();
+  return figure;
 }
 
 plot::Figure fit_table_figure(const identify::FitTable& table, const std::string& title) {

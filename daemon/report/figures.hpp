@@ -32,6 +32,10 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 [[nodiscard]] plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::string>& models,
                                       const std::optional<double>& split_s, const std::string& title);
 
+/// Draws a trial of a controller that ended early: rod and reference, the error and the command, as read.
+/// @param rows  the rod as measured, and the one column "reference"
+[[nodiscard]] plot::Figure ended_trial_figure(const identify::FitTable& rows, const std::string& title);
+
 /// Draws a fit's table alone: the two models of least error. The title says so.
 [[nodiscard]] plot::Figure fit_table_figure(const identify::FitTable& table, const std::string& title);
 

@@ -169,8 +169,7 @@ Item of_record(const Subject& subject) {
                 item.figure->panels.front());
   } else {
     item.heading = "Rod, reference and command until the trial ended";
-    item.figure = fit_figure(subject.track, {"reference"}, std::nullopt, item.heading + ", " + subject.name);
-    item.figure->panels[1].y_label = axis_label({"error, rod - reference", subject.track.output.unit});
+    item.figure = ended_trial_figure(subject.track, item.heading + ", " + subject.name);
     draw_limits(subject, span_of(subject.track), subject.track.measured, subject.track.output.unit,
                 item.figure->panels.front());
   }

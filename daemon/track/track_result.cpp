@@ -21,7 +21,6 @@
 namespace eha::track {
 namespace {
 
-constexpr double kMean_s = 0.05;
 constexpr double kBeforeFault_s = 0.5;
 constexpr double kSmallNoise = 0.5;  // extremes of the noise, of the band within which the rod settles
 constexpr double kExtremes = 5.0;    // standard deviations that the greatest of some 10^5 values of noise reaches

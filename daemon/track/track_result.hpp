@@ -18,6 +18,9 @@ namespace eha::track {
 inline constexpr const char* kTrackFile = "track.json";
 inline constexpr const char* kTrackRows = "track.csv";
 
+/// Length of the means about each row, which reduce the readings' noise.
+inline constexpr double kMean_s = 0.05;
+
 /// Direction in which a promised figure is broken.
 enum class Bound {
   most,   ///< by exceeding the promise's upper value
@@ -72,7 +75,7 @@ struct TrackResult {
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
   std::optional<double> trip_s = {};      ///< when a fault ended the trial, in times of the rows
-  std::vector<double> mean_reference_in;  ///< over 50 ms about each row
+  std::vector<double> mean_reference_in;  ///< over kMean_s about each row, over less at the ends
   std::vector<double> mean_rod_in;        ///< the same
   double reference_behind_in = 0.0;       ///< greatest distance of the generated reference from the user's set points
   SeenValve valve;

@@ -18,7 +18,7 @@ struct TrialTrace {
   std::vector<double> command_V;
   /// Begin and end of the sweep that measures the margins, in which the rod follows no reference; none without one.
   std::optional<std::pair<double, double>> sweep_s = {};
-  std::optional<double> trip_s = {};  ///< of a trial that a fault ended
+  std::optional<double> mean_s = {};  ///< rod and reference are means over this; none: single rows
 };
 
 /// Plays the plan on one simulated rig with its seed, converters and noise included. The figures use the rod's true

@@ -211,7 +211,8 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   position.series.push_back({.label = "rod", .x = time, .y = shown(t.rod_in), .style = 0});
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
   plot::Panel following{.x_label = "", .y_label = fmt::format("error, rod - reference [{}]", unit.of("in"))};
-  following.series.push_back({.label = "", .x = time, .y = error, .style = 1});
+  const std::string means = t.mean_s ? fmt::format("means over {:.0f} ms", 1e3 * *t.mean_s) : std::string();
+  following.series.push_back({.label = means, .x = time, .y = error, .style = 1});
   plot::Panel command{.x_label = t.sweep_s
                                      ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
                                                    t.sweep_s->first, t.sweep_s->second)
@@ -225,10 +226,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
       panel->shades.push_back({.from = t.sweep_s->first, .to = t.sweep_s->second});
     }
   }
-  plot::Figure figure{.title = std::move(title),
-                      .panels = {std::move(position), std::move(following), std::move(command)}};
-  if (t.trip_s) report::mark_trip(figure, *t.trip_s);
-  return figure;
+  return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
 
 plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig& controller, const DisplayUnit& unit) {

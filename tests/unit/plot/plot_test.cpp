@@ -107,6 +107,12 @@ TEST(Gnuplot, DrawsPicturesOfEveryFormat) {
   EXPECT_NE(draw(ramp("a", "b"), Format::svg).find("<svg"), std::string::npos);
 }
 
+TEST(Gnuplot, JoinsLinesRound) {
+  const std::string svg = draw(ramp("a", "b"), Format::svg);
+  EXPECT_EQ(svg.find("miter"), std::string::npos) << "a sharp turn between near samples would end in a spike";
+  EXPECT_NE(svg.find("stroke-linejoin=\"round\""), std::string::npos);
+}
+
 TEST(Gnuplot, EndsAnAxisWithTheData) {
   Figure figure = ramp("a", "b");
   Series& series = figure.panels.front().series.front();

@@ -426,6 +426,45 @@ TEST(TripFigure, MarksTheTripBeyondTheLastRowOfTheFit) {
   EXPECT_DOUBLE_EQ(figure.panels[1].rules.back().at, 4.2);
 }
 
+TEST(TripFigure, DrawsTheRestNoDenserThanTheFit) {
+  const Subject subject = subject_of("run", ident::Grade::good);
+  plot::Figure figure = fit_figure(subject.fit, {"io"}, std::nullopt, "run");
+  ident::Record record;
+  record.step_s = 1e-5;
+  record.input = record.output = Eigen::VectorXd::Zero(420000);  // 24 000 rows beyond the last row of the fit
+  record.output.tail(2).setOnes();
+  add_rest(figure, subject.fit, record);
+  const plot::Series& rest = figure.panels.front().series.back();
+  EXPECT_LE(rest.x.size(), 100U);
+  EXPECT_NEAR(rest.x.back(), 4.2, 0.001);
+  EXPECT_DOUBLE_EQ(*std::max_element(rest.y.begin(), rest.y.end()), 1.0);
+}
+
+TEST(TripFigure, MarksTheTripOfAnOutputThatStoodStill) {
+  plot::Figure figure;
+  figure.panels.push_back({.x_label = "", .y_label = "", .series = {{.label = "rod", .x = {0, 1}, .y = {2.95, 2.95}}}});
+  mark_trip(figure, 1.0);
+  const plot::Series& trip = figure.panels.front().series.back();
+  EXPECT_EQ(trip.label, "trip at 1 s");
+  EXPECT_LT(trip.y.front(), 2.9);
+  EXPECT_GT(trip.y.back(), 3.0);
+}
+
+TEST(TripFigure, DrawsATrialUntilTheTripAsRead) {
+  const identify::FitTable rows{.input = {"command", "V"},
+                                .output = {"displacement", "in"},
+                                .time_s = {0.0, 0.001, 0.002},
+                                .applied = {0.0, 0.1, 0.2},
+                                .measured = {1.0, 1.2, 1.1},
+                                .models = {{"reference", {1.0, 1.1, 1.2}}}};
+  const plot::Figure figure = ended_trial_figure(rows, "trial");
+  ASSERT_EQ(figure.panels.size(), 3U);
+  EXPECT_EQ(figure.panels[1].y_label, "error, rod - reference [in]");
+  EXPECT_EQ(figure.panels[1].series.front().label, "single readings");
+  ASSERT_EQ(figure.panels[1].series.front().y.size(), 3U);
+  EXPECT_NEAR(figure.panels[1].series.front().y.back(), -0.1, 1e-9);
+}
+
 TEST(FitFigure, NamesTheErrorAsMeasuredLessModel) {
   const Subject subject = subject_of("run", ident::Grade::good);  // its model is 0.01 too high
   const plot::Figure figure = fit_figure(subject.fit, {"io"}, subject.split_s(), "run");

@@ -10,6 +10,7 @@
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/tune/controller_answer.hpp"
+#include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -41,6 +42,13 @@ TuneTask task_for(const hal::SimOptions& rig) {
   task.twins = 4;
   task.hold_s = 8.0;
   return task;
+}
+
+TEST(MotionFigure, SaysThatItsErrorsAreMeans) {
+  TrialTrace trace{{0.0, 0.001}, {1.0, 1.0}, {1.0, 1.1}, {0.0, 0.1}};
+  EXPECT_EQ(motion_figure(trace, "trial").panels.at(1).series.front().label, "");
+  trace.mean_s = 0.05;
+  EXPECT_EQ(motion_figure(trace, "trial").panels.at(1).series.front().label, "means over 50 ms");
 }
 
 TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
