@@ -99,6 +99,7 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   task.options = with(task.options, command.record, identify::parts_of_a_row(source));
   task.is_split_given = command.record.split.has_value();
   task.intersample = source.intersample;
+  task.models_folder = command.output.value_or(fs::path());
   task.options.procedure = command.procedure.value_or(task.options.procedure);
   task.options.seed = command.seed.value_or(task.options.seed);
   if (task.options.procedure == ident::Procedure::paper &&

@@ -295,7 +295,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_longer_experiment(source, identification);
     return identification;
   }
-  end_with_experiment(source, task.options, progress, identification);
+  end_with_experiment(source, task, progress, identification);
   return identification;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +45,7 @@ struct IdentificationTask {
   bool is_split_given = false;                                ///< by the user; else identify() may choose another one
   bool judging_part_rests = false;                            ///< as in ident::Verdict; the split is 1 then
   ident::Intersample intersample = ident::Intersample::held;  ///< how `record` was made
+  std::filesystem::path models_folder = {};  ///< where the models of a record will be written; empty: nowhere
 };
 
 /// Returns the task of a source's own experiment. Without an experiment it has the defaults and no structures.

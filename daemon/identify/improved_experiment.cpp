@@ -67,6 +67,7 @@ std::optional<WeakParameter> weak_parameter(const std::vector<const Model*>& mod
   const Model* best = nullptr;
   std::string parameter;
   for (const Model* model : models) {
+    if (model->grey_box) continue;  // an experiment is designed for a linear plant
     const std::optional<std::string> weak = undetermined(*model);
     if (!weak || !has_standard_error(*model, *weak)) continue;
     if (best != nullptr && best->estimation->information->ar_bic <= model->estimation->information->ar_bic) continue;

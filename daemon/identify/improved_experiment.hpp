@@ -32,6 +32,7 @@ struct WeakParameter {
 
 /// Returns the parameter for which a model is rejected. Of the models that fail only by parameters picks the one of
 /// least AR-BIC. Its standard error is known, so an experiment can be designed for it.
+/// A grey box takes no part.
 /// @returns nothing if every model is also rejected for another reason, or none is rejected
 [[nodiscard]] std::optional<WeakParameter> weak_parameter(const std::vector<const ident::Model*>& models);
 

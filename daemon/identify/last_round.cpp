@@ -19,12 +19,14 @@
 namespace eha::identify {
 namespace {
 
-/// Returns the command that designs an experiment by hand.
-std::string design_command(const Source& source, const WeakParameter& weak) {
-  const std::filesystem::path folder =
-      source.run_folder ? *source.run_folder / record::kModelsFolder / "rejected" : std::filesystem::path();
-  return fmt::format("eha design --from {} --improve {} --rig RIG.toml",
-                     shell_word((folder / (weak.model + ".json")).string()), shell_quoted(weak.parameter));
+/// Names the command that designs an experiment on a rig that the record does not know, after a semicolon; empty where
+/// the rig is known, as the command would be refused as well.
+std::string by_hand(const Source& source, const std::filesystem::path& folder, const WeakParameter& weak) {
+  if (!source.rig_text.empty()) return {};
+  const std::string file = weak.model + ".json";
+  return fmt::format("; with a rig file `eha design --from {} --improve {} --rig RIG.toml` designs them{}",
+                     folder.empty() ? "DIR/" + shell_word(file) : shell_word((folder / file).string()),
+                     shell_quoted(weak.parameter), folder.empty() ? ", once -o DIR has written the model" : "");
 }
 
 /// The verdict on the recommended model; null without one.
@@ -38,7 +40,7 @@ const ident::Verdict* verdict_on_recommended(const Identification& identificatio
 
 }  // namespace
 
-void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
+void end_with_experiment(const Source& source, const IdentificationTask& task, const Progress& progress,
                          Identification& identification) {
   std::string reason = identification.recommendation.reason;
   const auto end_round = [&](std::string what) {
@@ -53,15 +55,14 @@ void end_with_experiment(const Source& source, const ident::FitOptions& options,
     return;
   }
   const auto model = std::find_if(models.begin(), models.end(), [&](const auto* m) { return m->name == weak->model; });
-  DesignedExperiment designed = designed_experiment(source, **model, weak->parameter, options, progress);
+  DesignedExperiment designed = designed_experiment(source, **model, weak->parameter, task.options, progress);
   if (designed.next) {
     identification.next_experiment = std::move(designed.next);
     end_round(fmt::format("an experiment designed for {} of {}", weak->parameter, weak->model));
     return;
   }
-  const std::string why =
-      fmt::format("; no tones could be designed for {} of {}: {}; with a rig file `{}` designs them", weak->parameter,
-                  weak->model, designed.refusal, design_command(source, *weak));
+  const std::string why = fmt::format("; no tones could be designed for {} of {}: {}{}", weak->parameter, weak->model,
+                                      designed.refusal, by_hand(source, task.models_folder, *weak));
   if (reason.ends_with('.')) reason.pop_back();
   reason += why;
   if (identification.next_experiment) identification.next_experiment->reason += why;

@@ -3,7 +3,6 @@
 
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
-#include "ident/fit_options.hpp"
 
 namespace eha::identify {
 
@@ -11,7 +10,7 @@ namespace eha::identify {
 
 /// Ends the rounds of an identification without an accepted model: an experiment designed for the parameter for which
 /// a model is rejected, else a longer one. Cost: a design, seconds; `progress` may be empty.
-void end_with_experiment(const Source& source, const ident::FitOptions& options, const Progress& progress,
+void end_with_experiment(const Source& source, const IdentificationTask& task, const Progress& progress,
                          Identification& identification);
 
 /// Adds the longer experiment where the record is too short to judge the recommended model. Cost: none to speak of.

@@ -14,6 +14,10 @@ using Kind = CriterionKind;
 
 constexpr double kWhiteLevel = 0.01;   // of the test of the residual itself
 constexpr double kMostlyOffset = 0.5;  // of the mean squared error, without its offset
+// Fit of a model behind a map from which on friction as a structure gains nothing: the shipped bench record is followed
+// to 99.8 % by a lag behind a map, to 99.0 % by a mass with friction; a simulated mass with friction to 98.3 and 99.8
+// %.
+constexpr double kMapHolds_percent = 99.0;
 
 bool passes(const Verdict& verdict, Kind kind) {
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
@@ -37,8 +41,10 @@ std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& v
 }
 
 bool may_have_friction(const Model& model, const Verdict& verdict) {
-  return !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion && model.stability &&
-         model.stability->integrator_order > 0.0;
+  const bool map_holds_it =
+      model.input_map && model.validation && model.validation->score.fit_percent >= kMapHolds_percent;
+  return !map_holds_it && !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion &&
+         model.stability && model.stability->integrator_order > 0.0;
 }
 
 bool wanders(const Model& model, const Verdict& verdict) {

@@ -29,7 +29,8 @@ enum class ErrorCause {
 [[nodiscard]] std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& verdict);
 
 /// Whether the structure with dry friction, which integrates, may describe what a model leaves over: that depends on
-/// the direction of motion, and the model integrates, too.
+/// the direction of motion, and the model integrates, too. No valve map holds the friction already: the model has none,
+/// or does not follow the record closely with it.
 [[nodiscard]] bool may_have_friction(const Model& model, const Verdict& verdict);
 
 /// @param verdict  of this model

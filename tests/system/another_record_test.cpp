@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -162,6 +163,24 @@ TEST(DryFriction, IsOfferedAsAStructureWhichDescribesIt) {
   EXPECT_EQ(offered.code, 0) << offered.out << offered.err;
   EXPECT_EQ(offered.out.find("--input-map"), std::string::npos) << "which a grey box cannot have: " << offered.out;
   EXPECT_NE(offered.out.find("recommended     friction ("), std::string::npos) << offered.out;
+}
+
+TEST(DryFriction, IsNoDeadEndOnTheShippedRecord) {
+  const TemporaryFolder folder;
+  const std::string bench = source_file("config/records/bench.csv").string();
+  const Ended ladder = run_eha({"fit", bench, "-o", "m"}, folder.path());
+  EXPECT_EQ(ladder.code, 0) << ladder.err;
+  EXPECT_EQ(ladder.out.find("--model friction"), std::string::npos) << ladder.out;
+  for (const auto& file : std::filesystem::directory_iterator(folder.path() / "m")) {
+    const std::string text = content_of(file.path());
+    if (text.find("\"grade\": \"rejected\"") != std::string::npos) continue;
+    EXPECT_EQ(text.find("--model friction"), std::string::npos) << file.path();
+  }
+  const Ended asked = run_eha({"fit", bench, "--model", "friction", "-o", "f"}, folder.path());
+  const std::string all = asked.out + asked.err;
+  EXPECT_EQ(asked.code, 3) << all;
+  EXPECT_EQ(all.find("not needed"), std::string::npos) << all;
+  EXPECT_EQ(all.find("eha design"), std::string::npos) << all;
 }
 
 TEST(DriftingSensor, IsSaidToWander) {

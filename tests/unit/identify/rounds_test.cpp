@@ -251,6 +251,9 @@ TEST(WeakParameter, IsThatOfTheBestModelThatFailsByItsParametersAlone) {
   ident::Model accepted = better;
   accepted.verdict->accepted = true;
   EXPECT_FALSE(weak_parameter({&accepted}));
+  ident::Model grey = better;
+  grey.grey_box.emplace();
+  EXPECT_FALSE(weak_parameter({&grey})) << "no experiment can be designed for it";
 }
 
 TEST(Identify, LeavesOutAModelThatTheRecordDoesNotAllowWhileAnotherOneCanBeFitted) {

@@ -378,6 +378,16 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   EXPECT_NE(reasons[1].find("or fit the structure with dry friction (eha fit --model friction)."), std::string::npos)
       << reasons[1];
   for (const std::string& reason : reasons) EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+  // A map holds the friction, if the model follows closely.
+  model.input_map = ValveMap{-0.2, 0.15, 0.9};
+  const auto offers = [&](double fit_percent) {
+    model.validation->score.fit_percent = fit_percent;
+    const std::vector<std::string> given = judge(model, {}, {.beside_ladder = true}).reasons;
+    return std::any_of(given.begin(), given.end(),
+                       [](const std::string& reason) { return reason.find("--model friction") != std::string::npos; });
+  };
+  EXPECT_FALSE(offers(99.8));
+  EXPECT_TRUE(offers(98.3));
   // That structure integrates.
   model.stability->integrator_order = 0.0;
   for (const std::string& reason : judge(model, {}, {.beside_ladder = true}).reasons) {
