@@ -150,7 +150,10 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }
   if (!rig_file && sheet::is_in_rig_file(run)) {
-    console.info("the rig file has these values already");
+    console.info(fmt::format(
+        "the rig file had these values already when this was measured; if they are no longer in it: `eha characterise "
+        "{} -o RIG.toml`",
+        shell_word(run.folder.string())));
     console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
     return ExitCode::ok;
   }

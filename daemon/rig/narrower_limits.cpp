@@ -57,8 +57,7 @@ void require_no_narrower_limits(const config::RigConfig& in_force, const std::fi
   if (narrower.empty()) return;
   throw ConfigError(
       fmt::format("{} was edited since ehad read it, and has narrower limits: {}; nothing moves on those of before: "
-                  "eha disarm, eha "
-                  "reload, eha arm",
+                  "eha disarm, eha reload, eha arm",
                   file.string(), fmt::join(narrower, ", ")));
 }
 

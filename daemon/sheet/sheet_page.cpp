@@ -68,7 +68,7 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   }
   item.remark.to_do = sheet.has_hysteresis
                           ? "Rising and falling command differ: clean or dither the valve if a controller needs less."
-                      : is_in_rig_file(run) ? "Nothing: the rig file has these values already."
+                      : is_in_rig_file(run) ? "Nothing: the rig file of the run has these values."
                                             : "Put the lines below into the rig file.";
   return item;
 }
@@ -159,9 +159,9 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
                                  "Next: `eha characterise {} -o RIG.toml` writes them into a rig file; the lines "
                                  "are below, under For the files.",
                                  command_word(run))
-      : leak_of(run.sheet, unit).empty() ? std::string("The rig file has these values already: nothing to do.")
+      : leak_of(run.sheet, unit).empty() ? std::string("The rig file of the run has these values: nothing to do.")
                                          : std::string(
-                                               "The rig file has these values already. Next: repair the leak, "
+                                               "The rig file of the run has these values. Next: repair the leak, "
                                                "then `eha characterise`.");
   return "<section class=\"verdict some\"><h2>What was measured</h2>\n" +
          report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) + report::paragraph(next) +

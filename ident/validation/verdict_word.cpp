@@ -77,9 +77,7 @@ std::string_view verdict_word(const Verdict& verdict) {
                             });
     return is_outdone ? kOutdone : text(verdict.grade);
   }
-  if (std::any_of(all.begin(), all.end(), is_unbounded)) return kNotDetermined;
-  // It is needed where nothing is recommended instead of it.
-  return verdict.error_over_recommended ? kNotNeeded : text(verdict.grade);
+  return std::any_of(all.begin(), all.end(), is_unbounded) ? kNotDetermined : kNotNeeded;
 }
 
 std::string_view meaning_of(std::string_view verdict_word) {
