@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
@@ -24,6 +25,13 @@ namespace eha {
 /// every untrusted name in a command that the user may copy.
 [[nodiscard]] inline std::string shell_word(std::string_view name) {
   return name.starts_with('-') ? shell_quoted("./" + std::string(name)) : shell_quoted(name);
+}
+
+/// A command without line breaks, with which a name in it could imitate another one on a page.
+[[nodiscard]] inline std::string on_one_line(std::string command) {
+  std::replace_if(
+      command.begin(), command.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
+  return command;
 }
 
 }  // namespace eha

@@ -2,7 +2,6 @@
 #include "daemon/acquisition/realtime.hpp"
 
 #include <fcntl.h>
-#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -20,6 +19,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/os/memory.hpp"
 #include "core/priorities.hpp"
 
 namespace eha::acquisition {
@@ -31,9 +31,6 @@ constexpr double kStallLimit_s = 0.1;
 constexpr double kStallLimitPreemptRt_s = 0.02;
 
 constexpr std::size_t kPrefaultedStack = 128 * 1024;
-// glibc's defaults, restored when no loop runs.
-constexpr int kDefaultTrimThreshold = 128 * 1024;
-constexpr int kDefaultMmapMax = 65536;
 
 /// Under a finite limit an unprivileged process could lock its present memory and then fail to allocate more.
 bool may_lock_everything() {
@@ -78,8 +75,7 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
     facts.refused.push_back("memory is not locked: " + error_text(errno));
   } else {
     locked_ = true;
-    mallopt(M_TRIM_THRESHOLD, -1);
-    mallopt(M_MMAP_MAX, 0);
+    os::keep_freed_memory();
   }
   facts.memory_locked = locked_;
   dma_latency_ = os::FileDescriptor(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC));
@@ -94,8 +90,7 @@ RealtimeProcess::RealtimeProcess(RealtimeFacts& facts) {
 RealtimeProcess::~RealtimeProcess() {
   if (locked_) {
     munlockall();
-    mallopt(M_TRIM_THRESHOLD, kDefaultTrimThreshold);
-    mallopt(M_MMAP_MAX, kDefaultMmapMax);
+    os::return_freed_memory();
   }
   prctl(PR_SET_THP_DISABLE, 0, 0, 0, 0);
 }

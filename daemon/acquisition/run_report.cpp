@@ -45,8 +45,7 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
       "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop (calibration), "
       "null or dead band of [following] in the rig file wrong: switch on, plug in, see that `eha read` follows the "
-      "rod; "
-      "if it does, `eha characterise` measures null and dead band; if it trips, too, {3}",
+      "rod; if it does, `eha characterise` measures null and dead band; if it trips, too, {3}",
       factor * moved_in, factor * due_in, length, kAnew);
 }
 
@@ -143,8 +142,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::not_in_place:
       return fmt::format(
           "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at [following] "
-          "in "
-          "the rig file",
+          "in the rig file",
           shown_value, shown_limit, length);
     case Fault::loop_speed:
       return fmt::format(

@@ -263,8 +263,7 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
                                                    found.mean_V * found.mean_V / found.voltage_squares_V2);
   std::string text = fmt::format(
       "displacement in {0} = {1:.6g} + {2:.6g} V   (scale +- {5}{3:.2g} {0}/V, offset +- {5}{4:.2g} {0}; +- is half a "
-      "95 "
-      "% interval)\n",
+      "95 % interval)\n",
       in, factor * found.offset_in, factor * found.scale_in_per_V, half_width(found.scale_std, least_scale),
       half_width(found.offset_std, least_offset), is_exact ? "at least " : "");
   if (is_exact) {

@@ -46,8 +46,7 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
   }
   return fmt::format(
       "{}: put [start] with displacement_in = {:.3g} into it; a simulated rig of --local begins each time where {} "
-      "says, "
-      "whatever was moved before",
+      "says, whatever was moved before",
       stands, middle_in, rehearsed.rig.file_name);
 }
 

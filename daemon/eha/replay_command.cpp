@@ -204,14 +204,15 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
           "calibrate more keys together",
           factor * calibration->rms_error_in, unit.of("in"), calibration->rms_error_in / calibration->noise_in));
     }
-    os::write_file_atomically(command.twin, with_own_following(replay::twin_text(rig.text, *calibration, source.name),
-                                                               command.twin.string()));
+    const std::string calibrated = replay::twin_text(rig.text, *calibration, source.name);
+    const std::string twin = with_own_following(calibrated, command.twin.string());
+    os::write_file_atomically(command.twin, twin);
     document["converged"] = calibration->converged;
     document["error_over_noise"] = calibration->rms_error_in / calibration->noise_in;
     document["parameters"] = std::move(parameters);
     document["twin"] = command.twin.string();
     text += fmt::format("written: {}{}\n", command.twin.string(),
-                        rig.limits.following ? ", with null, dead band and gains of its valve in [following]" : "");
+                        twin != calibrated ? ", with null, dead band and gains of its valve in [following]" : "");
   }
   if (command.output) {
     if (command.output->extension() == ".csv") {

@@ -26,6 +26,7 @@
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/recommendation.hpp"
+#include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -159,9 +160,7 @@ std::string reasons_by_model(const std::vector<Model>& models, const std::string
 std::string map_text(const Model& model) {
   std::string text;
   for (const ident::ParameterEstimate& p : model.parameters) {
-    const bool is_of_map = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band ||
-                           p.role == ident::ParameterRole::negative_gain_ratio;
-    if (!is_of_map || p.fixed) continue;
+    if (!ident::is_of_map(p.role) || p.fixed) continue;
     const double half_width = 0.5 * (p.upper95 - p.lower95);
     const bool is_known = half_width > 0.0 && std::isfinite(half_width);
     text += fmt::format("{}{} {}{}", text.empty() ? "" : "; ", p.name,
@@ -201,8 +200,7 @@ std::string errs_beside(const Model& other, const Model& chosen) {
 const Model* closest(const std::vector<Model>& models, const Model& chosen) {
   const Model* best = nullptr;
   for (const Model& model : models) {
-    const bool takes_in_a_drift = model.verdict && ident::fails_any(*model.verdict, {ident::CriterionKind::slow_pair});
-    if (!model.verdict || !model.verdict->accepted || takes_in_a_drift) continue;
+    if (!model.verdict || !model.verdict->accepted || ident::takes_in_a_drift(model)) continue;
     const double mse = ident::shown_mse(model);
     const double least =
         best == nullptr ? ident::shown_mse(chosen) / (ident::kAsWell * ident::kAsWell) : ident::shown_mse(*best);

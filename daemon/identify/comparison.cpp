@@ -14,6 +14,7 @@
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
@@ -31,12 +32,6 @@ constexpr double kShiftByExperiment = 1.5;
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 there
 
 constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
-
-/// Time that a fit compared [s]; 0 where the model does not say.
-double compared_s(const ident::Model& model) {
-  if (!model.estimation) return 0.0;
-  return static_cast<double>(model.estimation->score.samples) * model.estimation->compared_step_s.value_or(0.0);
-}
 
 /// Why a straight model of a record says nothing about one of another length; empty where both are long enough.
 std::string too_short(double record_s, double model_s, const std::string& of) {
@@ -204,8 +199,8 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   scored.change = ident::compare_parameters(model, scored.refit->model, level);
   judge_plant(scored, model);
   if (model.input_map) return;
-  scored.cannot_tell =
-      too_short(compared_s(scored.refit->model), compared_s(model), fmt::format("the record of {}", model.name));
+  scored.cannot_tell = too_short(ident::compared_s(scored.refit->model), ident::compared_s(model),
+                                 fmt::format("the record of {}", model.name));
   if (!scored.cannot_tell.empty()) scored.of_another_plant = false;
 }
 
@@ -326,8 +321,8 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
     if (structure.name == "io_valve") continue;
-    const double before_s = compared_s(comparison.runs.front().fit.model);
-    const double after_s = compared_s(comparison.runs[i].fit.model);
+    const double before_s = ident::compared_s(comparison.runs.front().fit.model);
+    const double after_s = ident::compared_s(comparison.runs[i].fit.model);
     const bool is_after_shorter = after_s < before_s;
     comparison.runs[i].cannot_tell =
         too_short(std::min(before_s, after_s), std::max(before_s, after_s), sources[is_after_shorter ? 0 : i].name);

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/lone_rows.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_header.hpp"
 

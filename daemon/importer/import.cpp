@@ -18,6 +18,7 @@
 #include "core/error.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/lone_rows.hpp"
 #include "daemon/importer/missing_codes.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/own_times.hpp"

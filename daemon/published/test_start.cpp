@@ -11,14 +11,8 @@
 namespace eha::published {
 namespace {
 
-constexpr double kWhole = 1e-9;
 constexpr double kDifference = 1e-4;  // of the output, for the effect of a state
 constexpr int kRounds = 6;            // of Gauss and Newton
-
-bool has_whole_orders(const ident::TransferFunction& g) {
-  return std::all_of(g.denominator.begin(), g.denominator.end(),
-                     [](const ident::Term& term) { return std::abs(term.order - std::round(term.order)) < kWhole; });
-}
 
 /// Responses over a whole record to a unit of each value of the start; one column for the offset where the orders are
 /// not whole.
@@ -26,7 +20,8 @@ Eigen::MatrixXd effects_of(const ident::Model& model, const ident::Record& recor
   const ident::Comparison every_row{
       .first = 0, .every = 1, .count = static_cast<std::size_t>(record.input.size()), .taps = {}};
   if (!model.grey_box) {
-    if (!has_whole_orders(model.transfer_function)) return Eigen::MatrixXd::Ones(record.input.size(), 1);
+    if (!ident::has_whole_orders(model.transfer_function.denominator))
+      return Eigen::MatrixXd::Ones(record.input.size(), 1);
     return ident::OutputOnRecord(record, every_row).of(model).free;
   }
   const Eigen::VectorXd here = ident::simulate(model, record.input, record.step_s);
@@ -50,7 +45,7 @@ void move(ident::Model& model, const Eigen::VectorXd& by) {
 
 std::size_t states_of(const ident::Model& model) {
   if (model.grey_box) return model.grey_box->kind->states;
-  if (!has_whole_orders(model.transfer_function)) return 0;
+  if (!ident::has_whole_orders(model.transfer_function.denominator)) return 0;
   return static_cast<std::size_t>(std::lround(ident::highest_order(model.transfer_function.denominator)));
 }
 

@@ -220,12 +220,10 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
 
 constexpr const char* kOnlyTheMap =
     "Nothing: only the valve's map is shown to have changed. The dynamics behind it, with their gain, are drawn as "
-    "each "
-    "fit has them, and their difference is within what the records can show.";
+    "each fit has them, and their difference is within what the records can show.";
 
 /// Whether no parameter but those of the valve's map is shown to have changed, of any of the records.
 bool is_only_map_changed(const std::vector<ComparedSubject>& subjects) {
-  using Role = ident::ParameterRole;
   bool has_changed = false;
   for (const ComparedSubject& subject : subjects) {
     if (subject.unfit || !subject.cannot_tell.empty()) return false;
@@ -233,7 +231,7 @@ bool is_only_map_changed(const std::vector<ComparedSubject>& subjects) {
     for (const ident::ParameterChange& p : subject.change->parameters) {
       if (!p.changed) continue;
       has_changed = true;
-      if (p.role != Role::valve_null && p.role != Role::dead_band && p.role != Role::negative_gain_ratio) return false;
+      if (!ident::is_of_map(p.role)) return false;
     }
   }
   return has_changed;

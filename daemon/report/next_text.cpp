@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "core/shell_word.hpp"
@@ -14,13 +13,6 @@ namespace eha::report {
 namespace {
 
 using nlohmann::ordered_json;
-
-/// A command without line breaks, with which a name could imitate another one.
-std::string on_one_line(std::string command) {
-  std::replace_if(
-      command.begin(), command.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
-  return command;
-}
 
 /// `eha run` of the experiment that the fit wrote, as the run was played; empty where it wrote none.
 std::string run_of_next_experiment(const Subject& subject) {

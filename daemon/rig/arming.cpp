@@ -85,8 +85,7 @@ std::string unreachable_valve(const config::RigLimits& limits) {
   if (null_V - dead_band_V > limits.command_min_V && null_V + dead_band_V < limits.command_max_V) return {};
   return fmt::format(
       "following.null_V = {:g} V with dead_band_V = {:g} V: of the commands {:g}..{:g} V none moves the rod {}; "
-      "correct "
-      "it, or the command limits",
+      "correct it, or the command limits",
       null_V, dead_band_V, limits.command_min_V, limits.command_max_V,
       null_V - dead_band_V <= limits.command_min_V ? "towards smaller displacements" : "towards greater displacements");
 }

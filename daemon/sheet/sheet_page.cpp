@@ -109,8 +109,8 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   item.remark.seen = fmt::format(
       "Measured up to {:.2f} Hz; the slew limit ends it. The gain is relative to the lowest frequency of each "
-      "amplitude, "
-      "which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so far: -3 dB and "
+      "amplitude, which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so "
+      "far: -3 dB and "
       "-90 deg.",
       sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
@@ -140,10 +140,7 @@ report::Item response_table(const ident::ValveSheet& sheet) {
 /// The run's folder as a word of a command, without the line breaks of a name that could imitate another one.
 std::string command_word(const RunSheet& run) {
   std::error_code ignored;
-  std::string word = shell_word(std::filesystem::absolute(run.folder, ignored).lexically_normal().string());
-  std::replace_if(
-      word.begin(), word.end(), [](char c) { return c == '\n' || c == '\r'; }, '?');
-  return word;
+  return on_one_line(shell_word(std::filesystem::absolute(run.folder, ignored).lexically_normal().string()));
 }
 
 /// The quantities as a table, in a box.

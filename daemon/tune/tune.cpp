@@ -106,8 +106,8 @@ std::string following_remark(const ident::AxisPlant& plant) {
   return fmt::format(
       "Null {:.3f} V and half dead band {:.3f} V are those of [following] of the rig file, not the model's {:.3f} and "
       "{:.3f} V: the model's record determines its two less well, or the rod moves within the model's dead band, as "
-      "where "
-      "oil leaks past the piston or friction bends the edges, which shifts them. --sheet takes those of a new valve "
+      "where oil leaks past the piston or friction bends the edges, which shifts them. --sheet takes those of a new "
+      "valve "
       "sheet instead.",
       plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
 }
@@ -145,8 +145,7 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                           "applies, for [following] too. {}",
                           plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
                           task.is_one_valve ? "A model's numbers are of a fit: dry friction and the structure "
-                                              "shift them by some hundredths of "
-                                              "a volt."
+                                              "shift them by some hundredths of a volt."
                                             : "Did the valve change between the two?"));
   }
   if (d.settings.feedback.ki > 0.0) {

@@ -13,13 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr int kAliases = 6;
-constexpr double kWholeOrder = 1e-9;
 constexpr int kPoints = 40;
-
-bool has_whole_orders(const std::vector<Term>& terms) {
-  return std::all_of(terms.begin(), terms.end(),
-                     [](const Term& t) { return std::abs(t.order - std::round(t.order)) < kWholeOrder; });
-}
 
 double coefficient(const std::vector<Term>& terms, int order) {
   double sum = 0.0;

@@ -30,6 +30,12 @@ std::complex<double> evaluate(const std::vector<Term>& terms, std::complex<doubl
 
 }  // namespace
 
+bool has_whole_orders(const std::vector<Term>& terms) {
+  constexpr double kWhole = 1e-9;
+  return std::all_of(terms.begin(), terms.end(),
+                     [](const Term& term) { return std::abs(term.order - std::round(term.order)) <= kWhole; });
+}
+
 double highest_order(const std::vector<Term>& terms) {
   double order = 0.0;
   for (const Term& term : terms) {

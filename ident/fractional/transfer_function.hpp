@@ -26,6 +26,9 @@ constexpr double kOrderLimit = 100.0;
 /// zero, a delay >= 0 and a numerator whose highest order does not exceed the denominator's.
 void check(const TransferFunction& g);
 
+/// Whether each term is of whole order, to 1e-9.
+[[nodiscard]] bool has_whole_orders(const std::vector<Term>& terms);
+
 /// Highest order of a polynomial's terms whose coefficient is not 0; 0 without any.
 [[nodiscard]] double highest_order(const std::vector<Term>& terms);
 

@@ -23,11 +23,6 @@ constexpr double kItself = 1e-6;          // a figure is a parameter
 constexpr double kSameGain = 0.005;       // a gain is the parameter K, beside a pole nearly at 0
 constexpr double kBelowBand = 1.0 / 3.0;  // of the lowest usable frequency
 
-bool is_whole(const std::vector<Term>& terms) {
-  return std::all_of(terms.begin(), terms.end(),
-                     [](const Term& term) { return std::abs(term.order - std::round(term.order)) <= kWhole; });
-}
-
 /// Sorts terms by rising order and drops those of coefficient 0.
 std::vector<Term> present(std::vector<Term> terms) {
   std::erase_if(terms, [](const Term& term) { return !(std::abs(term.coefficient) > 0.0); });
@@ -225,7 +220,7 @@ std::string gain_text(const Model& model, double gain, std::string_view plus_min
 
 std::string linear_text(const Model& model, std::string_view plus_minus) {
   const TransferFunction& g = model.transfer_function;
-  if (!is_whole(g.numerator) || !is_whole(g.denominator)) return {};
+  if (!has_whole_orders(g.numerator) || !has_whole_orders(g.denominator)) return {};
   const std::vector<Term> numerator = present(g.numerator);
   const std::vector<Term> denominator = present(g.denominator);
   if (numerator.empty() || denominator.empty()) return {};

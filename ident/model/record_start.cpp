@@ -40,10 +40,14 @@ const ParameterEstimate* find(const Model& model, ParameterRole role) {
 
 }  // namespace
 
+double compared_s(const Model& model) {
+  if (!model.estimation) return 0.0;
+  return static_cast<double>(model.estimation->score.samples) * model.estimation->compared_step_s.value_or(0.0);
+}
+
 bool comes_to_rest(const Model& model) {
   if (model.grey_box || !model.estimation || grows(model.transfer_function)) return false;
-  const double record_s =
-      static_cast<double>(model.estimation->score.samples) * model.estimation->compared_step_s.value_or(0.0);
+  const double record_s = compared_s(model);
   const std::vector<Term> d = by_order(model.transfer_function.denominator);
   if (d.front().order > 0.0 || model.transfer_function.numerator.empty()) return false;
   return std::all_of(d.begin() + 1, d.end(), [&](const Term& term) {

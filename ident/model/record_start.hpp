@@ -6,10 +6,16 @@
 
 namespace eha::ident {
 
+/// Time that the fit of a model compared [s]; 0 where the model does not say.
+[[nodiscard]] double compared_s(const Model& model);
+
 /// Whether a plant at a constant input comes to rest, within a fifth of the record that estimated it. A constant added
 /// to its input is then one added to its output: input_bias is the level before that record's first row, not a property
 /// of the plant. False for a grey box, and for a model that does not say how long its record was.
 [[nodiscard]] bool comes_to_rest(const Model& model);
+
+/// Time that the fit of a model compared [s]; 0 where the model does not say.
+[[nodiscard]] double compared_s(const Model& model);
 
 /// Whether a model comes to rest and says the level before the first row by its bias alone: it has no map, and neither
 /// an initial state nor a past input.

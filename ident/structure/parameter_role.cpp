@@ -65,6 +65,11 @@ bool is_coefficient(ParameterRole role) {
   return role == ParameterRole::numerator_coefficient || role == ParameterRole::denominator_coefficient;
 }
 
+bool is_of_map(ParameterRole role) {
+  return role == ParameterRole::valve_null || role == ParameterRole::dead_band ||
+         role == ParameterRole::negative_gain_ratio;
+}
+
 bool is_free_response(ParameterRole role) {
   return role == ParameterRole::initial_state || role == ParameterRole::past_input;
 }

@@ -40,6 +40,9 @@ struct ParameterKey {
 /// Whether a parameter multiplies a power of s.
 [[nodiscard]] bool is_coefficient(ParameterRole role);
 
+/// Whether a parameter is one of the valve map before G.
+[[nodiscard]] bool is_of_map(ParameterRole role);
+
 /// Whether a parameter describes the state at t = 0. It enters the output linearly and takes no request.
 [[nodiscard]] bool is_free_response(ParameterRole role);
 

@@ -28,6 +28,7 @@ struct NextStep {
 /// Decides what a terminal, a page and a report name first. A longer record is none for one with an end stop, a
 /// jump or a sensor that does not move: it would have the same.
 /// @param models  those of the record @param recommended  the name of one of them; empty: none
+/// Cost: none to speak of.
 [[nodiscard]] NextStep next_step(const std::vector<const Model*>& models, std::string_view recommended);
 
 /// Whether a model's output is plain noise in which the input has no part, on both parts of the record: the sensor is

@@ -41,11 +41,6 @@ bool is_level_before(ParameterRole role, const Model& before, const Model& after
   return role == ParameterRole::valve_null && has_straight_map(before) && has_straight_map(after);
 }
 
-bool is_of_map(ParameterRole role) {
-  return role == ParameterRole::valve_null || role == ParameterRole::dead_band ||
-         role == ParameterRole::negative_gain_ratio;
-}
-
 /// Returns the change of the estimate of `name` for a unit change of `cause`, the other parameters adapting: their
 /// covariance over the variance of `cause`; 0 if the model does not have them.
 double slope_in(const Model& model, const std::string& name, const std::string& cause) {

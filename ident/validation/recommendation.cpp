@@ -16,6 +16,7 @@
 #include "ident/fractional/poles.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -49,9 +50,7 @@ std::string first_reason(const Model& model) {
 std::optional<double> unseen_resonance_Hz(const Model& model) {
   constexpr double kFarAbove = 10.0;  // times the highest usable frequency
   const std::vector<Term>& terms = model.transfer_function.denominator;
-  const bool is_whole = std::all_of(terms.begin(), terms.end(),
-                                    [](const Term& t) { return std::abs(t.order - std::round(t.order)) < 1e-9; });
-  if (!is_whole || !model.verdict || !model.verdict->usable_band) return std::nullopt;
+  if (!has_whole_orders(terms) || !model.verdict || !model.verdict->usable_band) return std::nullopt;
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.terms.size() < 2) return std::nullopt;  // an integrator has no other pole
   for (const std::complex<double>& pole : commensurate_roots(polynomial, 1.0)) {
@@ -108,10 +107,6 @@ const Model* rival_of_orders(const Models& all, const Model& model) {
     return !has_estimated_order(*other) || (!is_whole_in_effect(model) && is_whole_in_effect(*other));
   });
   return found == all.end() ? nullptr : *found;
-}
-
-bool takes_in_a_drift(const Model& model) {
-  return model.verdict && fails_any(*model.verdict, {CriterionKind::slow_pair});
 }
 
 /// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes

@@ -7,14 +7,11 @@
 #include <limits>
 
 #include "ident/fractional/poles.hpp"
+#include "ident/model/record_start.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
 namespace {
-
-bool has_whole_orders(const std::vector<Term>& terms) {
-  return std::all_of(terms.begin(), terms.end(),
-                     [](const Term& term) { return std::abs(term.order - std::round(term.order)) < 1e-9; });
-}
 
 /// The greatest time constant of the real roots [s]; 0 without one.
 double slowest_s(const std::vector<Term>& terms) {
@@ -33,12 +30,16 @@ double slowest_s(const std::vector<Term>& terms) {
 
 std::optional<double> slow_pair_over_record(const Model& model) {
   const TransferFunction& g = model.transfer_function;
-  if (model.grey_box || !model.estimation || !model.estimation->compared_step_s) return {};
+  if (model.grey_box) return {};
   if (!has_whole_orders(g.numerator) || !has_whole_orders(g.denominator)) return {};
-  const double record_s = static_cast<double>(model.estimation->score.samples) * *model.estimation->compared_step_s;
+  const double record_s = compared_s(model);
   const double pair_s = std::min(slowest_s(g.numerator), slowest_s(g.denominator));
   if (!(pair_s > 0.0) || !std::isfinite(pair_s) || !(record_s > 0.0)) return {};
   return pair_s / record_s;
+}
+
+bool takes_in_a_drift(const Model& model) {
+  return model.verdict && fails_any(*model.verdict, {CriterionKind::slow_pair});
 }
 
 }  // namespace eha::ident

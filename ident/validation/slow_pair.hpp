@@ -13,4 +13,7 @@ namespace eha::ident {
 /// estimating part is not known. Cost: the roots of two polynomials.
 [[nodiscard]] std::optional<double> slow_pair_over_record(const Model& model);
 
+/// Whether the verdict of a model says so: it is recommended, and simulated with, only where no other one is accepted.
+[[nodiscard]] bool takes_in_a_drift(const Model& model);
+
 }  // namespace eha::ident

@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/lone_rows.hpp"
 #include "tests/unit/shared_data.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
