@@ -7,6 +7,9 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { Bench, kExperiment, kScreenshots, kToken, launchBrowser, request, until } from './bench.mjs';
 
+/** What `eha` says of a run of which the machine kept over 1 % of the ticks from running. */
+const kStarved = /Part\s+of\s+the\s+record\s+was\s+not\s+measured/;
+
 const bench = new Bench();
 const complaints = [];
 let browser;
@@ -173,7 +176,12 @@ test('verdict and report appear after the run', async () => {
   await pageSays('the fit in the queue', '#queue', /models are fitted to its record/);
   await pageSays('the fit among the runs', '#runs', /fitting/);
   releaseFit();
-  const ended = await run;
+  let ended = await run;
+  // A record with rows that were never measured is not judged, rightly; on a busy machine that says nothing of the page.
+  for (let again = 0; again < 3 && kStarved.test(ended.text); ++again) {
+    console.log('# the machine took the loop\'s processor away; played again');
+    ended = await bench.eha('run', kExperiment, '--no-progress');
+  }
   assert.equal(ended.code, 0, ended.text);
   await until('the run is listed', () => page.locator('#runs .grade.good, #runs .grade.usable').count());
   assert.match(await text('#runs > li:first-child'), /recommended: rig \((good|usable)\)/);
