@@ -43,14 +43,16 @@ constexpr std::size_t kMostSetPoints = 5000;
 std::string reference_fault(const ident::TrialPlan& plan) {
   const std::vector<ident::SetPoint>& points = plan.reference;
   if (points.size() < 2 || points.size() > kMostSetPoints) return fmt::format("{}", points.size());
-  if (points.front().time_s != 0.0) return fmt::format("the first at {:g} s", points.front().time_s);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (i > 0 && !(points[i].time_s > points[i - 1].time_s)) {
-      return fmt::format("{:g} s after {:g} s", points[i].time_s, points[i - 1].time_s);
-    }
-    if (points[i].position < plan.lowest || points[i].position > plan.highest) {
-      return fmt::format("{:.4g} in at {:g} s", points[i].position, points[i].time_s);
-    }
+  const std::optional<ident::BadSetPoint> bad = ident::bad_set_point(plan);
+  if (!bad) return {};
+  const ident::SetPoint& point = points[bad->index];
+  switch (bad->fault) {
+    case ident::SetPointFault::first_not_at_zero:
+      return fmt::format("the first at {:g} s", point.time_s);
+    case ident::SetPointFault::not_later:
+      return fmt::format("{:g} s after {:g} s", point.time_s, points[bad->index - 1].time_s);
+    case ident::SetPointFault::outside_travel:
+      return fmt::format("{:.4g} in at {:g} s", point.position, point.time_s);
   }
   return {};
 }

@@ -299,11 +299,15 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const fs::path socket = command.socket.value_or(control::default_socket());
   const bool is_local = command.local || (!command.socket && !fs::exists(socket, ignored));
   const bool asks = command.at.empty() && !command.pairs_file;
-  std::optional<std::string> rig_file = command.rig_file;
-  if (!rig_file && !is_local) {
-    rig_file = control::Client(socket).call("status").at("rig").at("file").get<std::string>();
+  std::optional<std::string> of_service;
+  if (!is_local) {
+    try {
+      of_service = control::Client(socket).call("status").at("rig").at("file").get<std::string>();
+    } catch (const DeviceError&) {
+      if (!command.rig_file) throw;
+    }
   }
-  const config::RigConfig rig = load_rig_or_default(rig_file);
+  const config::RigConfig rig = load_rig_or_default(command.rig_file ? command.rig_file : of_service);
   const std::string date = today();
   const fs::path old(rig.file_name);
   const fs::path path =
@@ -362,9 +366,11 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
                       {"points", std::move(list)}});
   console.info(fmt::format("written: {}; {} stays as it is", path.string(), rig.file_name));
   const std::string made = shell_word(path.string());
-  console.next_step(is_local ? "eha check " + made
-                             : fmt::format("eha check {0} && eha disarm && sudo cp {0} {1} && eha reload", made,
-                                           shell_word(rig.file_name)));
+  const bool is_of_service = of_service && fs::equivalent(rig.file_name, *of_service, ignored);
+  if (of_service && !is_of_service) {
+    console.info(fmt::format("ehad uses {}, which these numbers do not replace", *of_service));
+  }
+  console.next_step(is_of_service ? put_in_force(path, *of_service, socket) : "eha check " + made);
   return ExitCode::ok;
 }
 

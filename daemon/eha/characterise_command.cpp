@@ -161,12 +161,10 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     console.next_step("eha characterise " + shell_word(run.folder.string()) + " -o RIG.toml");
     return ExitCode::ok;
   }
-  const std::string path = shell_word(rig_file->path.string());
   console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
   console.next_step(rig_file->replaces.empty()
-                        ? "eha check " + path
-                        : fmt::format("eha check {0} && eha disarm && sudo cp {0} {1} && eha reload", path,
-                                      shell_word(rig_file->replaces)));
+                        ? "eha check " + shell_word(rig_file->path.string())
+                        : put_in_force(rig_file->path, rig_file->replaces, control::default_socket()));
   return ExitCode::ok;
 }
 

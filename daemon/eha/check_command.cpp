@@ -135,8 +135,8 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
 struct ServiceRig {
   std::string file;
   std::optional<double> place_in;
-  bool is_edited = false;  ///< since the service read it
-  bool is_moving = false;  ///< a run is on: where the rod will stand after it is unknown
+  std::optional<FileChange> change = {};  ///< since the service read it
+  bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
 };
 
 /// None if no service answers.
@@ -147,7 +147,7 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
     control::Client client(socket);
     const nlohmann::ordered_json status = client.call("status");
     ServiceRig found{.file = status.at("rig").at("file"), .place_in = std::nullopt};
-    found.is_edited = is_edited_since_read(status.at("rig"));
+    found.change = change_since_read(status.at("rig"));
     const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
     found.is_moving = !status.at("run").is_null();
     if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
@@ -177,13 +177,14 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   std::optional<ServiceRig> service;
   if (!rig_file) {
     service = rig_of_service(command.socket, console);
-    if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission
-    if (service && service->is_edited) {
+    if (service && service->change) {
       throw UsageError(
-          fmt::format("{0}: edited since the service read it, which goes on with the limits of before; put it in force "
-                      "with eha reload, or check against it as it is with --rig {1}",
-                      service->file, shell_word(service->file)));
+          fmt::format("{}, and the limits of before are in force; {}{}put it in force with eha reload, or name the rig "
+                      "file to check "
+                      "against with --rig",
+                      service->change->what, service->change->first, service->change->first.empty() ? "" : " "));
     }
+    if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission
     if (service) rig_file = service->file;
   }
   const auto on_service = service ? std::optional(command.socket) : std::nullopt;

@@ -241,9 +241,8 @@ class Commissioning {
       if (os::read_file(command_.rig_file) != text) {
         require_owners_limits(text);
         if (!session_.is_local()) {
-          throw Stopped{ExitCode::interrupted,
-                        fmt::format("install the measured rig file: eha disarm && sudo cp {} {} && eha reload",
-                                    shell_word(measured_file().string()), shell_word(command_.rig_file))};
+          throw Stopped{ExitCode::interrupted, "install the measured rig file: " +
+                                                   put_in_force(measured_file(), command_.rig_file, command_.socket)};
         }
         session_.announce("step 3 of 6, rig file",
                           fmt::format("the valve's numbers are written into {}; the file as it was is kept as {}. "

@@ -116,15 +116,17 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   return true;
 }
 
-void warn_of_unused_sheet(const fs::path& run, const Console& console) {
+std::optional<std::string> warn_of_unused_sheet(const fs::path& run, const Console& console) {
   try {
     const auto sheet_run = newest_sheet_run(run);
     const auto rig = known_rig_of(run);
-    if (!sheet_run || !rig) return;
-    if (const auto sheet = valve_of_sheet(*sheet_run)) warn_if_following_differs(*rig, *sheet, console);
+    if (!sheet_run || !rig) return std::nullopt;
+    const auto sheet = valve_of_sheet(*sheet_run);
+    if (sheet && warn_if_following_differs(*rig, *sheet, console)) return sheet->remedy;
   } catch (const Error& error) {  // a folder that the caller may not read
     console.debug(error.what());
   }
+  return std::nullopt;
 }
 
 bool warn_of_changed_valve(const fs::path& run, const Console& console) {

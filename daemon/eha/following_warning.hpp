@@ -45,7 +45,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
 void say_map_note(const ident::Model& model, const Console& console);
 
 /// The same for a run's rig file and the newest valve sheet beside the run.
-void warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
+/// @returns the command that writes the rig file with the sheet's numbers, where it warned
+std::optional<std::string> warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
 
 /// The same for a run's rig file and the model that the run recommends; without [following] say_map_note(). Names a
 /// gain that is another one, too.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <exception>
 #include <string>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/os/memory.hpp"
@@ -16,7 +18,20 @@ namespace {
 using eha::ExitCode;
 using eha::cli::Console;
 
+pid_t own_pid = 0;  ///< not that of a process that was forked: on a terminal Ctrl-C is theirs as well
+
+/// Ends a command that has no end of its own for Ctrl-C, not without a word.
+void end_interrupted(int number) {
+  constexpr std::string_view kSaid = "\neha: interrupted; what was not finished is not written\n";
+  if (getpid() == own_pid && write(STDERR_FILENO, kSaid.data(), kSaid.size()) < 0) _exit(128 + number);
+  std::signal(number, SIG_DFL);
+  raise(number);
+}
+
 ExitCode run_program(int argc, char** argv) {
+  own_pid = getpid();
+  // A signal that nohup or a background shell ignores stays ignored.
+  if (std::signal(SIGINT, end_interrupted) == SIG_IGN) std::signal(SIGINT, SIG_IGN);
   // A closed pipe, or a file at its size limit, must cause an error message and not end the process silently.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});

@@ -2,13 +2,16 @@
 #include "daemon/eha/rig_source.hpp"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
 
 #include <array>
+#include <cstddef>
+#include <span>
 #include <system_error>
 
+#include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/record/sha256.hpp"
 #include "daemon/rig/arming.hpp"
 
 namespace eha::cli {
@@ -47,23 +50,35 @@ config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file
   return config::load_rig(found->string());
 }
 
-bool is_edited_since_read(const nlohmann::ordered_json& rig) {
-  struct stat file {};
-  if (!rig.contains("read_s") || stat(rig.at("file").get<std::string>().c_str(), &file) != 0) return false;
-  constexpr double kNs = 1e-9;
-  const double changed_s = static_cast<double>(file.st_ctim.tv_sec) + kNs * static_cast<double>(file.st_ctim.tv_nsec);
-  return changed_s > rig.at("read_s").get<double>();
+std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {
+  const std::string file = rig.at("file");
+  std::error_code unknown;
+  if (const fs::file_status found = fs::status(file, unknown); found.type() == fs::file_type::not_found) {
+    return FileChange{file + " is gone since ehad read it", "put it back, then"};
+  }
+  try {
+    const std::string text = config::read_config_file(file);
+    if (record::sha256_of(std::as_bytes(std::span(text))) == rig.value("sha256", "")) return std::nullopt;
+    static_cast<void>(config::parse_rig(text, file));
+    return FileChange{file + " was edited since ehad read it", ""};
+  } catch (const ConfigError& error) {
+    return FileChange{fmt::format("{} was edited since ehad read it and is not valid now ({})", file, error.what()),
+                      "correct it, then"};
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console) {
-  if (!is_edited_since_read(rig)) return;
-  console.warning(fmt::format(
-      "{} was edited since ehad read it, and the limits of before are in force; `{}` (while disarmed) puts it in force",
-      rig.at("file").get<std::string>(), through(socket, "eha reload")));
+  const std::optional<FileChange> change = change_since_read(rig);
+  if (!change) return;
+  console.warning(fmt::format("{}, and the limits of before are in force; {}{}`{}` (while disarmed) puts it in force",
+                              change->what, change->first, change->first.empty() ? "" : " ",
+                              through(socket, "eha reload")));
 }
 
 void warn_of_rig_file(const nlohmann::ordered_json& rig, const Console& console) {
-  if (is_edited_since_read(rig)) return;
+  if (change_since_read(rig)) return;
   try {
     const config::RigConfig read = config::load_rig(rig.at("file").get<std::string>());
     for (const std::string& sentence : arming_findings(read).warnings) console.warning(sentence);

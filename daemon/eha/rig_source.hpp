@@ -19,10 +19,16 @@ namespace eha::cli {
 /// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
-/// Whether the rig file of a running service has been changed since the service read it, so that other limits are in
-/// force. False where this user cannot know.
+/// What became of a rig file since the service read it.
+struct FileChange {
+  std::string what;   ///< a clause such as "/etc/ehad/rig.toml is gone since ehad read it"
+  std::string first;  ///< what to do before a reload, such as "put it back, then"; empty: nothing
+};
+
+/// Compares the rig file of a running service with what the service has read: where they differ other limits are in
+/// force than a reader believes. None where they are equal, or where this user cannot read the file.
 /// @param rig  of the service's status
-[[nodiscard]] bool is_edited_since_read(const nlohmann::ordered_json& rig);
+[[nodiscard]] std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig);
 
 /// Warns of such a file before a motion: other limits may be in force than a reader of the file believes.
 void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console);

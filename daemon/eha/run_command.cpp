@@ -200,7 +200,10 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
                       {"run", run.folder.string()},
                       {"outcome", acquisition::to_text(run.report.outcome)},
                       {"exit_code", static_cast<int>(code)}});
-  if (run.only_placed && code == ExitCode::safety_trip) {
+  const auto remedy = code == ExitCode::safety_trip ? warn_of_unused_sheet(run.folder, console) : std::nullopt;
+  if (remedy) {
+    console.next_step(*remedy);
+  } else if (run.only_placed && code == ExitCode::safety_trip) {
     const bool moves = hal::moves_machine(rig.backend);
     const auto cause = acquisition::to_text(run.report.fault.fault);
     console.next_step(on_local_rig(command, next_after_trip(cause, moves), moves));

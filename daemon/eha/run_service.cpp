@@ -107,6 +107,9 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     if (const std::string way_out = way_out_of_following(note, rig.value("file", "")); !way_out.empty())
       console.info(way_out);
   }
+  const bool has_tripped = code == ExitCode::safety_trip;
+  const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
+  const std::string after_trip = remedy.value_or(through(command.socket, "eha read"));
   if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
@@ -128,11 +131,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
       if (!folder.empty()) warn_of_unused_sheet(folder, console);
       print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
     }
-    if (code == ExitCode::safety_trip) console.next_step(through(command.socket, "eha read"));
+    if (has_tripped) console.next_step(after_trip);
     return code;
   }
   print_answer_of_service(entry, console);
-  if (code == ExitCode::safety_trip) console.next_step(through(command.socket, "eha read"));
+  if (has_tripped) console.next_step(after_trip);
   if (code == ExitCode::model_rejected) {
     const auto cut = cut_of_run(folder);
     if (cut) console.next_step(*cut);

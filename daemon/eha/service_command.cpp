@@ -123,8 +123,8 @@ std::string status_text(const Json& status, const Console& console) {
   const Json& rig = status.at("rig");
   lines.push_back(
       {"rig", fmt::format("{} ({})", rig.at("name").get<std::string>(), rig.at("file").get<std::string>())});
-  if (is_edited_since_read(rig)) {
-    lines.push_back({"", "the file was edited since ehad read it: what it was before is in force until eha reload"});
+  if (const std::optional<FileChange> change = change_since_read(rig)) {
+    lines.push_back({"WARNING", change->what + ": what it was before is in force until eha reload"});
   }
   const DisplayUnit unit = console.unit(rig.value("units", ""));
   for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));

@@ -65,8 +65,28 @@ struct TrackCommand : DriveOptions {
   config::TrackedMotion motion = {};
 };
 
+/// Refuses set points that cannot be followed, by row and in the unit of their file.
+/// @param factor  inches of one of the file's units
+void require_followable(const std::string& file, const ident::TrialPlan& plan, double factor, const std::string& unit) {
+  const std::optional<ident::BadSetPoint> bad = ident::bad_set_point(plan);
+  if (!bad) return;
+  const ident::SetPoint& point = plan.reference[bad->index];
+  const std::string row = fmt::format("{}: row {}", file, bad->index + 1);
+  switch (bad->fault) {
+    case ident::SetPointFault::first_not_at_zero:
+      throw DataError(fmt::format("{}: the first set point is at {:g} s; let time_s begin at 0", row, point.time_s));
+    case ident::SetPointFault::not_later:
+      throw DataError(fmt::format("{}: {:g} s comes after {:g} s; let time_s rise from row to row", row, point.time_s,
+                                  plan.reference[bad->index - 1].time_s));
+    case ident::SetPointFault::outside_travel:
+      throw DataError(
+          fmt::format("{}: {:.5g} {} at {:g} s lies outside of the controller's travel, {:.5g} to {:.5g} {}", row,
+                      point.position / factor, unit, point.time_s, plan.lowest / factor, plan.highest / factor, unit));
+  }
+}
+
 /// Writes set points of a CSV file as tables of [track], and the first one as the start position.
-std::string reference_text(const std::string& file) {
+std::string reference_text(const std::string& file, const ident::AxisSettings& settings) {
   const record::NumberTable table = record::read_number_table(file);
   const DisplayUnit inches("in");
   const ident::Channel position =
@@ -77,11 +97,14 @@ std::string reference_text(const std::string& file) {
                     fmt::join(table.names, ", ")));
   }
   const double factor = inches.factor(position.unit);
+  ident::TrialPlan plan = ident::trial_plan(settings);
   std::string text;
   for (std::size_t i = 0; i < table.rows(); ++i) {
-    text += fmt::format("[[track.reference]]\ntime_s = {:#}\ndisplacement_in = {:#}\n", table.columns[0][i],
-                        factor * table.columns[1][i]);
+    const ident::SetPoint point{table.columns[0][i], factor * table.columns[1][i]};
+    plan.reference.push_back(point);
+    text += fmt::format("[[track.reference]]\ntime_s = {:#}\ndisplacement_in = {:#}\n", point.time_s, point.position);
   }
+  require_followable(file, plan, factor, position.unit);
   return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
 }
 
@@ -268,7 +291,7 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   if (!command.unit.empty()) console.take_typed_unit(command.unit);
   require_room(command, controller.settings, console);
   run.text = config::track_experiment(controller.name, text, command.motion);
-  if (command.reference) *run.text += reference_text(*command.reference);
+  if (command.reference) *run.text += reference_text(*command.reference, controller.settings);
   run.simulated_tick_s = controller.settings.tick_s;
   return execute(run, console);
 }

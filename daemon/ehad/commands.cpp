@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
+#include "daemon/record/sha256.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::service {
@@ -77,6 +80,7 @@ Json Supervisor::status() const {
   const config::RigConfig& rig = *rig_.config();
   status["rig"] = {{"name", rig.name},
                    {"file", options_.rig_file},
+                   {"sha256", record::sha256_of(std::as_bytes(std::span(rig.text)))},
                    {"read_s", std::chrono::duration<double>(rig_read_.time_since_epoch()).count()},
                    {"backend", hal::name_of(rig.backend)},
                    {"moves", rig_.moves_machine()},

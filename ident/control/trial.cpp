@@ -25,6 +25,17 @@ double move_s(const ReferenceLimits& limits, double way) {
 
 }  // namespace
 
+std::optional<BadSetPoint> bad_set_point(const TrialPlan& plan) {
+  const std::vector<SetPoint>& points = plan.reference;
+  if (!points.empty() && points.front().time_s != 0.0) return BadSetPoint{0, SetPointFault::first_not_at_zero};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0 && !(points[i].time_s > points[i - 1].time_s)) return BadSetPoint{i, SetPointFault::not_later};
+    if (!(points[i].position >= plan.lowest && points[i].position <= plan.highest))
+      return BadSetPoint{i, SetPointFault::outside_travel};
+  }
+  return std::nullopt;
+}
+
 TrialPlan trial_plan(const AxisSettings& settings) {
   const ReferenceLimits& limits = settings.reference;
   const double travel = limits.highest - limits.lowest;

@@ -39,6 +39,17 @@ struct TrialPlan {
 /// Returns step and sine that suit travel and limits of a controller.
 [[nodiscard]] TrialPlan trial_plan(const AxisSettings& settings);
 
+/// What is wrong with a user's set point.
+enum class SetPointFault { first_not_at_zero, not_later, outside_travel };
+
+struct BadSetPoint {
+  std::size_t index = 0;
+  SetPointFault fault = SetPointFault::outside_travel;
+};
+
+/// Returns the first set point of a plan that cannot be followed; none if all can. Cost: O(set points).
+[[nodiscard]] std::optional<BadSetPoint> bad_set_point(const TrialPlan& plan);
+
 /// Generates the set points of a trial, one a tick: rest, step, trapezoids, sweep, sine, rest, hold; or rest, the
 /// user's set points in place of the trapezoids, rest. The step leads towards the middle of the travel. Real-time safe.
 class TrialMotion {

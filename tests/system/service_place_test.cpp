@@ -71,7 +71,7 @@ TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
   const std::string paper = EHA_SOURCE_DIR "/config/experiments/paper.toml";
   const Ended early = eha({"check", paper});
   EXPECT_EQ(early.code, static_cast<int>(ExitCode::usage)) << "another rig is in force";
-  EXPECT_NE(early.err.find("edited since the service read it"), std::string::npos) << early.err;
+  EXPECT_NE(early.err.find("edited since ehad read it"), std::string::npos) << early.err;
   EXPECT_NE(eha({"status"}).out.find("until eha reload"), std::string::npos);
   ASSERT_EQ(eha({"reload"}).code, 0);
   EXPECT_EQ(eha({"status"}).out.find("until eha reload"), std::string::npos);
@@ -266,6 +266,26 @@ TEST_F(ServicePlace, EndsALocalTripWithWhatToDo) {
   const Ended ended = run_eha({"goto", "60mm", "--local", "--fast", "--rig", daemon_.rig_file()}, daemon_.folder());
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
   EXPECT_NE(ended.out.find("Next: eha characterise -o rig-new.toml --local --rig "), std::string::npos) << ended.out;
+}
+
+TEST_F(ServicePlace, NamesTheNewestSheetWhereAnotherNullTripped) {
+  Client(daemon_.socket()).call("arm");
+  const Ended measured = eha({"characterise", "--fast", "--json"});
+  ASSERT_EQ(measured.code, 0) << measured.err;
+  const fs::path sheet = Json::parse(measured.out).at("run").get<std::string>();
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string null = "null_V = -0.2 ";
+  rig.replace(rig.find(null), null.size(), "null_V = 0.9 ");
+  ASSERT_EQ(eha({"disarm"}).code, 0);
+  std::ofstream(daemon_.rig_file()) << rig;
+  ASSERT_EQ(eha({"reload"}).code, 0);
+  ASSERT_EQ(eha({"arm"}).code, 0);
+  const Ended tripped = eha({"goto", "60mm", "--fast"});
+  EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
+  EXPECT_NE(tripped.err.find("after the valve sheet of "), std::string::npos) << tripped.err;
+  EXPECT_NE(tripped.out.find("Next: eha characterise " + sheet.string() + " -o rig-new.toml"), std::string::npos)
+      << tripped.out;
+  EXPECT_EQ(tripped.out.find("Next: "), tripped.out.rfind("Next: ")) << tripped.out;
 }
 
 }  // namespace

@@ -330,6 +330,24 @@ TEST_F(ServiceStart, WarnsAtArmingOfARigFileThatWasEditedAndNotRead) {
       << armed.err;
 }
 
+TEST_F(ServiceStart, SaysWhatBecameOfTheRigFileThatItHasRead) {
+  const std::vector<std::string> arm{"arm", "--socket", daemon_.socket()};
+  const std::string sound = os::read_file(daemon_.rig_file());
+  std::ofstream(daemon_.rig_file()) << sound;
+  EXPECT_EQ(run_eha(arm, daemon_.folder()).err.find("since ehad read it"), std::string::npos) << "the same content";
+  std::ofstream(daemon_.rig_file()) << sound << "command_max_V = = 3\n";
+  const Ended torn = run_eha(arm, daemon_.folder());
+  EXPECT_NE(torn.err.find("was edited since ehad read it and is not valid now ("), std::string::npos) << torn.err;
+  EXPECT_NE(torn.err.find("correct it, then `eha reload"), std::string::npos) << torn.err;
+  std::filesystem::remove(daemon_.rig_file());
+  const Ended gone = run_eha(arm, daemon_.folder());
+  EXPECT_NE(gone.err.find("is gone since ehad read it, and the limits of before are in force; put it back"),
+            std::string::npos)
+      << gone.err;
+  const Ended status = run_eha({"status", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_NE(status.out.find("is gone since ehad read it"), std::string::npos) << status.out;
+}
+
 TEST_F(ServiceStart, MovesNothingOnLimitsWiderThanThoseOfTheEditedRigFile) {
   client_->call("arm");
   std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
