@@ -194,11 +194,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
         "and runs together\n"
         "left over: what the model fitted to each record does not explain; a change from a factor of {:g} on\n"
         "of the first model: what it leaves over here; it holds up to a factor of {:g} over the model fitted here\n"
-        "{}: two poles and no zero (gain K), alike for all records; a model of that name from `eha fit` may have a "
-        "zero (gains b0, b1)\n"
-        "null, dead_band, negative_gain_ratio: of the valve; K, b: gain; a: poles, in the denominator (eha(1))\n{}\n",
+        "{}: {}, alike for all records{}\n"
+        "{}K/a0: gain at rest; T: time constant; K, b: gain; a: poles, in the denominator (eha(1))\n",
         100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kGreatestErrorOverRefit, comparison.structure,
-        ident::kDeadBandIs);
+        comparison.structure == "io1" ? "one pole, no zero and a dead time (delay_s)"
+        : comparison.has_dead_time    ? "two poles, no zero and a dead time (delay_s)"
+                                      : "two poles and no zero (gain K)",
+        comparison.structure == "io1" ? "" : "; a model of that name from `eha fit` may have a zero (gains b0, b1)",
+        comparison.runs.front().fit.model.input_map ? "null, dead_band, negative_gain_ratio: of the valve; " : "");
+    if (comparison.runs.front().fit.model.input_map) out.text += fmt::format("{}\n", ident::kDeadBandIs);
   }
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},

@@ -40,6 +40,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/record_findings.hpp"
+#include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -218,7 +219,7 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
 }
 
 /// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of the structure with
-/// dry friction, or the record of an output that wanders; none otherwise.
+/// dry friction, or the record of an output that wanders or drifts; none otherwise.
 /// @param written  models' files, beside which a fit of another structure is not the next step
 std::optional<std::string> step_by_cause(const FitCommand& command, const Source& source,
                                          const Identification& identification, const std::vector<fs::path>& written) {
@@ -237,6 +238,7 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
                                                      : " -o " + shell_word(folder_to_offer(command, source));
       return importer::command_with(command.import, command.source, "--model friction" + folder);
     }
+    if (ident::takes_in_a_drift(model)) return "eha plot " + shell_word(command.source);
     if (!has_model && !is_accepted(one) && ident::wanders(model, *model.verdict) &&
         ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift) {
       return "eha plot " + shell_word(command.source);

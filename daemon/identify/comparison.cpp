@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "core/display_unit.hpp"
@@ -255,6 +256,84 @@ bool explains_little(const ident::Model& model) {
   return !(model.estimation->score.r2_percent >= kLittle_percent);
 }
 
+/// Whether every record determines the dead band of its map, and it is none of 0.
+bool shows_a_valve(const std::vector<ComparedRun>& runs) {
+  return std::all_of(runs.begin(), runs.end(), [](const ComparedRun& run) {
+    const std::vector<ident::ParameterEstimate>& all = run.fit.model.parameters;
+    return std::any_of(all.begin(), all.end(), [](const ident::ParameterEstimate& p) {
+      return p.role == ident::ParameterRole::dead_band && std::isfinite(p.std) && p.value > ident::kInterval95 * p.std;
+    });
+  });
+}
+
+/// Of a map: the first record that does not determine the dead band or the gain behind it; none if all do.
+std::optional<std::size_t> without_known_map(const std::vector<ComparedRun>& runs) {
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    for (const ident::ParameterEstimate& p : runs[i].fit.model.parameters) {
+      const bool is_needed =
+          p.role == ident::ParameterRole::dead_band || p.role == ident::ParameterRole::numerator_coefficient;
+      if (is_needed && !p.fixed && !std::isfinite(p.std)) return i;
+    }
+  }
+  return std::nullopt;
+}
+
+double mse_of(const ComparedRun& run) { return run.fit.model.estimation->score.mse; }
+
+/// Free parameters of the plant in a fit.
+int free_parameters(const ComparedRun& run) {
+  const std::vector<ident::ParameterEstimate>& all = run.fit.model.parameters;
+  return static_cast<int>(std::count_if(all.begin(), all.end(), [](const auto& p) { return !p.fixed; }));
+}
+
+/// Whether fits with a dead time describe all records better than those without one: each errs clearly less; or all
+/// leave plain noise over, of which BIC judges.
+bool needs_dead_time(const std::vector<ComparedRun>& with, const std::vector<ComparedRun>& without) {
+  constexpr double kClearly = 0.9;  // of the rms error
+  bool err_less = true;
+  bool are_plain = true;
+  double bic = 0.0;
+  for (std::size_t i = 0; i < with.size(); ++i) {
+    const double ratio = mse_of(with[i]) / mse_of(without[i]);
+    const auto samples = static_cast<double>(with[i].fit.model.estimation->score.samples);
+    err_less = err_less && ratio < kClearly * kClearly;
+    are_plain = are_plain && ident::leaves_plain_noise(with[i].fit.model);
+    bic += samples * std::log(ratio) + (free_parameters(with[i]) - free_parameters(without[i])) * std::log(samples);
+  }
+  return err_less || (are_plain && bic < 0.0);
+}
+
+/// The fit of a structure with a dead time to all records where they need one; empty where none does.
+std::vector<ComparedRun> fit_with_dead_time(const std::vector<Source>& sources, const std::vector<ComparedRun>& without,
+                                            ident::StructureOptions& structure,
+                                            const std::vector<ident::FitOptions>& options, const Progress& progress) {
+  std::vector<ComparedRun> best;
+  for (const ident::Structure& family : {ident::structures::io1(), ident::structures::io()}) {
+    ident::StructureOptions asked;
+    asked.name = family.family;
+    asked.structure = family;
+    asked.structure.delay.freedom = ident::Freedom::free;
+    try {
+      std::vector<ComparedRun> runs = fit_all(sources, asked, options, progress);
+      if (!needs_dead_time(runs, best.empty() ? without : best)) continue;
+      best = std::move(runs);
+      structure = std::move(asked);
+    } catch (const DataError&) {
+      continue;  // a record cannot estimate this structure
+    }
+  }
+  return best;
+}
+
+/// Whether an input is one step, from one level to another, or a single pulse back.
+bool is_one_step(const Eigen::VectorXd& input) {
+  constexpr double kMoves = 1e-3;  // of the range
+  const double range = input.maxCoeff() - input.minCoeff();
+  int moves = 0;
+  for (Eigen::Index k = 1; k < input.size(); ++k) moves += std::abs(input[k] - input[k - 1]) > kMoves * range ? 1 : 0;
+  return moves >= 1 && moves <= 2;
+}
+
 /// Makes a comparison claim nothing.
 void claim_no_change(ident::PlantChange& change) {
   change.changed = false;
@@ -293,13 +372,37 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   ident::StructureOptions structure;
   structure.name = comparison.structure = "io_valve";
   structure.structure = ident::structures::behind_valve(ident::structures::io());
+  std::string without_map;
   try {
     comparison.runs = fit_all(sources, structure, options, progress);
+    if (const auto unknown = without_known_map(comparison.runs)) {
+      without_map = fmt::format("{} does not determine one", sources[*unknown].name);
+    }
   } catch (const DataError& error) {
-    comparison.notes.push_back(fmt::format("Compared without a valve map: {}", error.what()));
-    structure.name = comparison.structure = "io";
+    without_map = error.what();
+  }
+  if (!without_map.empty()) {
+    structure.name = "io";
     structure.structure = ident::structures::io();
     comparison.runs = fit_all(sources, structure, options, progress);
+  }
+  if (!shows_a_valve(comparison.runs)) {
+    auto with_dead_time = fit_with_dead_time(sources, comparison.runs, structure, options, progress);
+    if (!with_dead_time.empty()) comparison.runs = std::move(with_dead_time);
+  }
+  comparison.structure = structure.name;
+  comparison.has_dead_time = structure.structure.delay.freedom == ident::Freedom::free;
+  const bool are_plain = std::all_of(comparison.runs.begin(), comparison.runs.end(),
+                                     [](const ComparedRun& run) { return ident::leaves_plain_noise(run.fit.model); });
+  const bool are_steps = std::all_of(sources.begin(), sources.end(),
+                                     [](const Source& source) { return is_one_step(source.record.input); });
+  if (are_steps) {
+    comparison.notes.push_back(
+        "Each record has one step, which shows gain, time constant and dead time between its two levels; a dead band, "
+        "a "
+        "null or another gain at other levels shows only with an input of many levels in both records");
+  } else if (!without_map.empty() && !(comparison.has_dead_time && are_plain)) {
+    comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
   const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
@@ -320,7 +423,7 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
-    if (structure.name == "io_valve") continue;
+    if (structure.structure.input_map.valve) continue;
     const double before_s = ident::compared_s(comparison.runs.front().fit.model);
     const double after_s = ident::compared_s(comparison.runs[i].fit.model);
     const bool is_after_shorter = after_s < before_s;

@@ -54,16 +54,19 @@ struct ComparedRun {
 [[nodiscard]] std::optional<Unfit> unfit_of(const ident::Model& before, const ident::Model& after);
 
 struct RunComparison {
-  std::string structure;          ///< the model fitted to every run: "io_valve", or "io" where a valve map is not known
-  std::vector<ComparedRun> runs;  ///< in the order given
+  /// The model fitted to every run: "io_valve"; "io" where a valve map is not known; "io1" or "io" with a dead time
+  std::string structure;
+  bool has_dead_time = false;      ///< that model's is estimated
+  std::vector<ComparedRun> runs;   ///< in the order given
   std::vector<std::string> notes;  ///< limits of the comparison, one sentence each
 };
 
 /// Fits one structure to the whole of every record, on samples of the same step and with the same discarded start, and
 /// compares the parameters of each with the first's. Lengths are converted to the first record's unit. Each record is
 /// decimated to one step: the first's by its experiment, or the longest step of the rows. The structure is the
-/// integer-order model behind a valve map; if one record does not excite both sides of the valve, all are fitted
-/// without a map.
+/// integer-order model behind a valve map; if one record does not excite both sides of the valve, or does not determine
+/// the map, all are fitted without a map. Where no dead band shows, and a model of one pole or of two with a dead time
+/// describes all records better, that is compared.
 /// @param sources  at least two
 /// @throws DataError  records differ in units that are no lengths, or have rows whose steps are no multiples of one
 /// another, or as ident::fit; ConfigError as ident::fit

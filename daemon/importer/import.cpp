@@ -152,12 +152,20 @@ std::string time_reading(const Column& time, const Roles& roles) {
   return facts.empty() ? "" : fmt::format(" ({})", fmt::join(facts, "; "));
 }
 
+/// Whether the columns are those of a record and no others, so that none of them was chosen.
+bool is_in_order_of_record(const Table& table) {
+  const std::vector<Column>& columns = table.columns();
+  return table.is_record_format() &&
+         (columns.size() <= 3 || (columns.size() == 4 && columns[3].name == kFilledColumn));
+}
+
 std::string guess_text(const Table& table, const Roles& roles, const std::filesystem::path& path,
                        const ident::Record& record) {
-  if (table.is_record_format()) return {};
   const std::vector<Column>& columns = table.columns();
+  if (is_in_order_of_record(table)) return {};
   const auto shown = [&](std::size_t i) { return described_with_unit(columns, i); };
-  std::string text = fmt::format("{}: {}; ", path.string(), fmt::join(table.guesses(), ", "));
+  std::string text = path.string() + ": ";
+  if (!table.guesses().empty()) text += fmt::format("{}; ", fmt::join(table.guesses(), ", "));
   text += roles.time
               ? fmt::format("time {}{}{}", shown(*roles.time), time_reading(columns[*roles.time], roles),
                             roles.output_time ? fmt::format(", the grid of {} too", shown(*roles.output_time)) : "")
@@ -404,7 +412,8 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   if (std::string remark = remark_on_pace(record.step_s, options.period_s ? "" : record.output_channel.unit, path);
       !remark.empty())
     imported.remarks.push_back(remark);
-  const std::optional<std::size_t> set_point = own ? std::nullopt : set_point_beside(*table, roles);
+  const std::optional<std::size_t> set_point =
+      is_in_order_of_record(*table) ? std::nullopt : set_point_beside(*table, roles);
   imported.is_closed_loop = set_point || table->says_closed_loop();
   if (imported.is_closed_loop) {
     imported.remarks.push_back(fmt::format(

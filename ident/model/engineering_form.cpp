@@ -76,20 +76,6 @@ std::string figure_text(double value, int digits, const ParameterEstimate* of, s
   return is_shown ? with_half_width(value, half_width, plus_minus) : fmt::format("{:.{}g}", value, digits);
 }
 
-/// Covariance of two estimated parameters; 0 where one is fixed or the correlation is not known.
-double covariance(const Model& model, const ParameterEstimate& a, const ParameterEstimate& b) {
-  if (a.fixed || b.fixed || !std::isfinite(a.std) || !std::isfinite(b.std)) return 0.0;
-  if (a.name == b.name) return a.std * b.std;
-  if (!model.estimation || !model.estimation->correlation) return 0.0;
-  const ParameterCorrelation& known = *model.estimation->correlation;
-  const auto index = [&](const std::string& name) {
-    return static_cast<std::size_t>(std::find(known.names.begin(), known.names.end(), name) - known.names.begin());
-  };
-  const std::size_t i = index(a.name);
-  const std::size_t k = index(b.name);
-  return i < known.matrix.size() && k < known.matrix[i].size() ? known.matrix[i][k] * a.std * b.std : 0.0;
-}
-
 /// The derivative of a figure by the coefficient of a term.
 struct Slope {
   Term of;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace eha::ident {
 
@@ -21,6 +22,19 @@ std::string percent_text(double percent, int decimals) {
   const double step = std::pow(10.0, -decimals);
   if (percent < 100.0 && percent >= 100.0 - 0.5 * step) return fmt::format("above {:.{}f}", 100.0 - step, decimals);
   return fmt::format("{:.{}f}", percent, decimals);
+}
+
+double covariance(const Model& model, const ParameterEstimate& a, const ParameterEstimate& b) {
+  if (a.fixed || b.fixed || !std::isfinite(a.std) || !std::isfinite(b.std)) return 0.0;
+  if (a.name == b.name) return a.std * b.std;
+  if (!model.estimation || !model.estimation->correlation) return 0.0;
+  const ParameterCorrelation& known = *model.estimation->correlation;
+  const auto index = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(known.names.begin(), known.names.end(), name) - known.names.begin());
+  };
+  const std::size_t i = index(a.name);
+  const std::size_t k = index(b.name);
+  return i < known.matrix.size() && k < known.matrix[i].size() ? known.matrix[i][k] * a.std * b.std : 0.0;
 }
 
 double half_width95(const ParameterEstimate& parameter) {

@@ -28,6 +28,9 @@ inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval 
 /// R2 or a fit [%] with two decimals; "above 99.99" where they would round to 100.00, which nothing measured reaches.
 [[nodiscard]] std::string percent_text(double percent, int decimals = 2);
 
+/// Covariance of two estimated parameters; 0 where one is fixed or the correlation is not known.
+[[nodiscard]] double covariance(const Model& model, const ParameterEstimate& a, const ParameterEstimate& b);
+
 /// Returns half the width of the 95 % interval: 0 if fixed, not finite if the interval is unbounded.
 [[nodiscard]] double half_width95(const ParameterEstimate& parameter);
 

@@ -46,7 +46,8 @@ double compared_s(const Model& model) {
 }
 
 bool comes_to_rest(const Model& model) {
-  if (model.grey_box || !model.estimation || grows(model.transfer_function)) return false;
+  if (model.grey_box || !model.estimation || model.transfer_function.denominator.empty()) return false;
+  if (grows(model.transfer_function)) return false;
   const double record_s = compared_s(model);
   const std::vector<Term> d = by_order(model.transfer_function.denominator);
   if (d.front().order > 0.0 || model.transfer_function.numerator.empty()) return false;

@@ -43,7 +43,9 @@ std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& v
 bool may_have_friction(const Model& model, const Verdict& verdict) {
   const bool map_holds_it =
       model.input_map && model.validation && model.validation->score.fit_percent >= kMapHolds_percent;
-  return !map_holds_it && !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion &&
+  // An integrator that takes in a drift is none of the plant's.
+  const bool is_drift = fails_any(verdict, {Kind::slow_pair});
+  return !map_holds_it && !is_drift && !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion &&
          model.stability && model.stability->integrator_order > 0.0;
 }
 

@@ -41,6 +41,53 @@ bool is_level_before(ParameterRole role, const Model& before, const Model& after
   return role == ParameterRole::valve_null && has_straight_map(before) && has_straight_map(after);
 }
 
+struct Compared {
+  ParameterEstimate estimate;
+  Figure figure = Figure::parameter;
+};
+
+/// Whether the gain of two models is that at rest: a model behind a map has its intervals by that map's.
+bool have_gain_at_rest(const Model& before, const Model& after) {
+  const auto is_so = [](const Model& model) {
+    return !model.input_map && comes_to_rest(model) && model.transfer_function.numerator.size() == 1;
+  };
+  return is_so(before) && is_so(after);
+}
+
+bool has_one_pole(const Model& model) {
+  const std::vector<Term>& d = model.transfer_function.denominator;
+  return d.size() == 2 && has_whole_orders(d) && std::abs(d[0].order + d[1].order - 1.0) < 0.5;
+}
+
+/// The numbers of a model to compare. @param at_rest  the gain is K/a0, and of one pole the time constant is 1/a0
+std::vector<Compared> compared_of(const Model& model, bool at_rest) {
+  std::vector<Compared> all;
+  const auto is_a0 = [](const ParameterEstimate& p) {
+    return p.role == ParameterRole::denominator_coefficient && p.name == coefficient_key(0).name;
+  };
+  const auto a0 = std::find_if(model.parameters.begin(), model.parameters.end(), is_a0);
+  for (const ParameterEstimate& p : model.parameters) {
+    Compared& one = all.emplace_back(Compared{p});
+    ParameterEstimate& shown = one.estimate;
+    if (!at_rest || a0 == model.parameters.end() || !(std::abs(a0->value) > 0.0)) continue;
+    if (p.role == ParameterRole::numerator_coefficient) {
+      one.figure = Figure::gain_at_rest;
+      const double gain = p.value / a0->value;
+      const double variance = p.std * p.std + gain * gain * a0->std * a0->std - 2.0 * gain * covariance(model, p, *a0);
+      shown.name = fmt::format("{}/{}", p.name, a0->name);
+      shown.value = gain;
+      shown.std = std::sqrt(std::max(0.0, variance)) / std::abs(a0->value);
+      shown.fixed = p.fixed && a0->fixed;
+    } else if (is_a0(p) && has_one_pole(model)) {
+      one.figure = Figure::time_constant;
+      shown.name = "T";
+      shown.value = 1.0 / p.value;
+      shown.std = p.std / (p.value * p.value);
+    }
+  }
+  return all;
+}
+
 /// Returns the change of the estimate of `name` for a unit change of `cause`, the other parameters adapting: their
 /// covariance over the variance of `cause`; 0 if the model does not have them.
 double slope_in(const Model& model, const std::string& name, const std::string& cause) {
@@ -92,17 +139,24 @@ bool leaves_plain_noise(const Model& model) {
 
 PlantChange compare_parameters(const Model& before, const Model& after, double level) {
   PlantChange change;
-  for (const ParameterEstimate& p : before.parameters) {
-    const auto other = std::find_if(after.parameters.begin(), after.parameters.end(),
-                                    [&](const ParameterEstimate& q) { return q.name == p.name; });
-    if (other == after.parameters.end() || !is_of_plant(p.role) || (p.fixed && other->fixed)) continue;
+  const bool at_rest = have_gain_at_rest(before, after);
+  const std::vector<Compared> others = compared_of(after, at_rest);
+  for (const Compared& one : compared_of(before, at_rest)) {
+    const ParameterEstimate& p = one.estimate;
+    const auto found = std::find_if(others.begin(), others.end(), [&](const Compared& q) {
+      return q.estimate.name == p.name && q.figure == one.figure;
+    });
+    if (found == others.end()) continue;
+    const ParameterEstimate* other = &found->estimate;
+    if (!is_of_plant(p.role) || (p.fixed && other->fixed)) continue;
     if (is_level_before(p.role, before, after)) continue;
     const double std = std::hypot(p.std, other->std);
     if (!std::isfinite(std)) {
       change.undetermined.push_back(p.name);
       continue;
     }
-    change.parameters.push_back({.name = p.name, .role = p.role, .before = p.value, .after = other->value, .std = std});
+    change.parameters.push_back(
+        {.name = p.name, .role = p.role, .before = p.value, .after = other->value, .std = std, .figure = one.figure});
   }
   if (change.parameters.empty()) return change;
   const double freedom = std::min(degrees_of_freedom(before), degrees_of_freedom(after));
@@ -201,6 +255,11 @@ std::string value_text(const std::string& parameter, double value, const Model& 
 }
 
 std::string unit_of(const ParameterChange& change, const Model& model) {
+  if (change.figure == Figure::time_constant) return "s";
+  if (change.figure == Figure::gain_at_rest) {
+    const bool is_known = !model.output_unit.empty() && !model.input_unit.empty();
+    return is_known ? fmt::format("{}/{}", model.output_unit, model.input_unit) : "";
+  }
   return unit_of(ParameterEstimate{.name = change.name, .role = change.role}, model);
 }
 

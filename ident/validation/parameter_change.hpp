@@ -8,6 +8,14 @@
 
 namespace eha::ident {
 
+/// What a compared number is: a parameter as the model has it, or what an engineer makes of it for a plant that comes
+/// to rest.
+enum class Figure {
+  parameter,
+  gain_at_rest,  ///< "K/a0", in place of K
+  time_constant  ///< "T", in place of a0 of a model with one pole [s]
+};
+
 /// One parameter of two models of equal structure, each from its own record.
 struct ParameterChange {
   std::string name;
@@ -20,6 +28,7 @@ struct ParameterChange {
   bool changed = false;                   ///< the joint interval excludes 0
   std::vector<std::string> follows = {};  ///< changed parameters of the map that cause the rest of half_width
   bool may_lead = false;                  ///< the change, beyond noise, may be the cause of theirs instead
+  Figure figure = Figure::parameter;
 };
 
 /// The change of a plant between two models.
@@ -34,6 +43,8 @@ struct PlantChange {
 
 /// Compares the parameters of the plant (not those of the record's start) that both models estimated. Among the latter
 /// are input_bias of models that come to rest, and the null of such with a straight map: comes_to_rest().
+/// Of models without a map that both come to rest the gain is K/a0, and of one pole the time constant is T = 1/a0: a
+/// time constant that changed then moves no gain.
 /// The intervals are joint: the probability that any of them excludes 0 although nothing changed is at most `level`
 /// (Bonferroni). Each uses Student's t with the fewer effective samples of the two models. For a model that was fitted
 /// with a noise model every sample is effective, because its whitened residual is independent. Standard errors of

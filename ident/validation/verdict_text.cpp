@@ -16,6 +16,7 @@
 
 #include "ident/fractional/stability.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/first_step.hpp"
@@ -380,6 +381,15 @@ class Reasons {
     return within == model_.provenance.end() ? std::string() : "record greater amplitudes, as " + within->second;
   }
 
+  /// Whether a model that comes to rest was fitted by itself without a dead time, which a heater or a pipe has: what is
+  /// left over then follows the motion, as friction's does.
+  [[nodiscard]] bool may_lack_dead_time() const {
+    if (verdict_.beside_ladder || model_.grey_box || model_.transfer_function.delay_s > 0.0) return false;
+    const bool is_estimated = std::any_of(model_.parameters.begin(), model_.parameters.end(),
+                                          [](const auto& p) { return p.role == ParameterRole::delay && !p.fixed; });
+    return !is_estimated && comes_to_rest(model_);
+  }
+
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const {
     if (!verdict_.explained_by.empty()) {
@@ -387,6 +397,10 @@ class Reasons {
           "{}, which is accepted too, leaves nothing over that the input moves: take it where "
           "this matters",
           verdict_.explained_by);
+    }
+    if (may_lack_dead_time()) {
+      return fmt::format("let a dead time be estimated (--delay free){}",
+                         model_.input_map ? "" : ", or try the valve map (--input-map valve)");
     }
     const std::optional<NonlinearKind> kind = nonlinear_kind(model_, verdict_);
     if (kind == NonlinearKind::motion || kind == NonlinearKind::direction) {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/identify/comparison.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -190,6 +194,55 @@ TEST(Comparison, HoldsTheParametersOfOtherInputsAgainstEachOtherWherePlainNoiseI
   EXPECT_FALSE(grown.runs.at(1).has_other_input);
   EXPECT_TRUE(grown.runs.at(1).change->changed);
   EXPECT_EQ(grown.runs.at(1).change->parameters.front().name, "K");
+}
+
+/// A heater: a lag with a dead time of whole seconds, rows every second, driven by levels of its own.
+Source heater(std::uint64_t seed, double gain, double time_s, Eigen::Index delay_rows, Eigen::Index hold = 90) {
+  ident::PortableDraw draw(seed);
+  Source source;
+  source.name = fmt::format("heater{}.csv", seed);
+  source.record.step_s = 1.0;
+  source.record.input.resize(1500);
+  source.record.output.resize(1500);
+  double level = 2.0;
+  double x = gain * level;
+  for (Eigen::Index k = 0; k < 1500; ++k) {
+    if (k % hold == hold - 1) level = hold < 500 ? 1.0 + 7.0 * draw.uniform() : 6.0;
+    source.record.input[k] = level;
+    source.record.output[k] = 20.0 + x + 0.05 * draw.normal();
+    const double u = source.record.input[std::max<Eigen::Index>(0, k - delay_rows)];
+    x = x * std::exp(-1.0 / time_s) + (1.0 - std::exp(-1.0 / time_s)) * gain * u;
+  }
+  return source;
+}
+
+std::vector<std::string> changed_in(const RunComparison& comparison) {
+  std::vector<std::string> names;
+  for (const ident::ParameterChange& p : comparison.runs.at(1).change->parameters) {
+    if (p.changed) names.push_back(p.name);
+  }
+  return names;
+}
+
+TEST(Comparison, NamesWhichOfGainTimeConstantAndDeadTimeChanged) {
+  const Source before = heater(1, 3.2, 40.0, 6);
+  using Names = std::vector<std::string>;
+  const RunComparison delayed = compare_runs({before, heater(2, 3.2, 40.0, 9)});
+  EXPECT_EQ(changed_in(delayed), Names{"delay_s"});
+  EXPECT_TRUE(delayed.has_dead_time);
+  EXPECT_TRUE(delayed.notes.empty()) << delayed.notes.front();
+  EXPECT_FALSE(delayed.runs.at(1).has_other_input);
+  EXPECT_EQ(changed_in(compare_runs({before, heater(3, 3.2, 48.0, 6)})), Names{"T"});
+  EXPECT_EQ(changed_in(compare_runs({before, heater(4, 3.5, 40.0, 6)})), Names{"K/a0"});
+  EXPECT_EQ(changed_in(compare_runs({before, heater(5, 3.2, 40.0, 6)})), Names{});
+}
+
+TEST(Comparison, SaysWhatTwoStepTestsTell) {
+  const RunComparison steps = compare_runs({heater(1, 3.2, 40.0, 6, 700), heater(2, 3.6, 40.0, 6, 700)});
+  EXPECT_EQ(changed_in(steps), std::vector<std::string>{"K/a0"});
+  ASSERT_FALSE(steps.notes.empty());
+  EXPECT_NE(steps.notes.back().find("Each record has one step"), std::string::npos) << steps.notes.back();
+  EXPECT_TRUE(steps.runs.at(1).change->undetermined.empty());
 }
 
 }  // namespace

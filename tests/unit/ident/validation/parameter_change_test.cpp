@@ -41,6 +41,46 @@ TEST(ParameterChange, NamesTheUnitThatMakesAGainAnother) {
   EXPECT_EQ(said(0.3, -7.62), "");
 }
 
+/// One pole that comes to rest, in the form K/(s + a0), whose two parameters move together.
+Model lag_with(double gain, double time_s) {
+  Model model;
+  model.output_unit = "degC";
+  model.input_unit = "V";
+  const double a0 = 1.0 / time_s;
+  model.transfer_function = {{{gain * a0, 0.0}}, {{a0, 0.0}, {1.0, 1.0}}, 0.0};
+  model.parameters.push_back({"K", gain * a0, 0.01 * gain * a0, 0.0, 0.0, false, ParameterRole::numerator_coefficient});
+  model.parameters.push_back({"a0", a0, 0.01 * a0, 0.0, 0.0, false, ParameterRole::denominator_coefficient});
+  model.estimation.emplace();
+  model.estimation->score.samples = 3600;
+  model.estimation->compared_step_s = 1.0;
+  model.estimation->correlation = ParameterCorrelation{{"K", "a0"}, {{1.0, 0.9}, {0.9, 1.0}}, {}};
+  return model;
+}
+
+TEST(ParameterChange, NamesGainAndTimeConstantOfAPlantThatComesToRest) {
+  const Model before = lag_with(3.2, 40.0);
+  const PlantChange slower = compare_parameters(before, lag_with(3.2, 48.0), 0.01);
+  ASSERT_EQ(slower.parameters.size(), 2U);
+  EXPECT_EQ(slower.parameters[0].name, "T");
+  EXPECT_TRUE(slower.parameters[0].changed);
+  EXPECT_NEAR(slower.parameters[0].after, 48.0, 1e-9);
+  EXPECT_EQ(unit_of(slower.parameters[0], before), "s");
+  EXPECT_EQ(slower.parameters[1].name, "K/a0");
+  EXPECT_FALSE(slower.parameters[1].changed) << "K itself, the gain over the time constant, moved by a sixth";
+  EXPECT_EQ(unit_of(slower.parameters[1], before), "degC/V");
+  // 0.01 sqrt(1 + 1 - 2 0.9) of the gain for each model.
+  EXPECT_NEAR(slower.parameters[1].std, 3.2 * 0.01 * std::sqrt(0.4), 1e-9);
+  const PlantChange stronger = compare_parameters(before, lag_with(3.6, 40.0), 0.01);
+  EXPECT_EQ(stronger.parameters[0].name, "K/a0");
+  EXPECT_FALSE(stronger.parameters[1].changed);
+}
+
+TEST(ParameterChange, KeepsTheGainOfAPlantThatDoesNotComeToRest) {
+  const PlantChange change = compare_parameters(lag_with(3.2, 2000.0), lag_with(3.2, 2000.0), 0.01);
+  EXPECT_TRUE(
+      std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) { return p.name == "K"; }));
+}
+
 TEST(ParameterChange, NamesWhatMovedFirst) {
   Model after = with(-0.12, 0.151, 0.1305);
   after.parameters[3].value = 2.0;

@@ -12,6 +12,7 @@
 
 #include "ident/fractional/stability.hpp"
 #include "ident/search/least_squares.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 #include "tests/unit/ident/validation/good_model.hpp"
 
@@ -231,6 +232,26 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
                 "of 0.1 in (rms) does not matter, else record longer."}));
 }
 
+TEST(Verdict, OffersADeadTimeForALagThatWasFittedWithoutOne) {
+  Model model = good_model();
+  model.transfer_function = {{{0.06, 0.0}}, {{0.018, 0.0}, {1.0, 1.0}}, 0.0};
+  model.estimation->compared_step_s = 1.0;
+  model.estimation->score.samples = 3600;
+  model.validation->tests->input.p = 0.009;
+  const auto first = [&](const RecordFacts& facts = {}) { return judge(model, {}, facts).reasons.front(); };
+  EXPECT_NE(first().find("; let a dead time be estimated (--delay free), or try the valve map"), std::string::npos)
+      << first();
+  model.input_map.emplace();
+  EXPECT_EQ(first().find("valve map"), std::string::npos) << first();
+  model.input_map.reset();
+  EXPECT_EQ(first({.beside_ladder = true}).find("--delay"), std::string::npos) << "which the ladder has tried";
+  model.parameters.push_back({"delay_s", 0.0, 0.1, 0.0, 0.2, false, ParameterRole::delay});
+  EXPECT_EQ(first().find("--delay"), std::string::npos) << "it was estimated";
+  model.parameters.clear();
+  model.transfer_function.denominator.front().coefficient = 1e-5;
+  EXPECT_EQ(first().find("--delay"), std::string::npos) << "an integrator";
+}
+
 const Criterion& criterion_of(const Verdict& verdict, const std::string& name) {
   return *std::find_if(verdict.criteria.begin(), verdict.criteria.end(),
                        [&](const auto& c) { return name_of(c) == name; });
@@ -359,6 +380,23 @@ TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
       EXPECT_EQ(effect.find("the plant has"), std::string_view::npos) << effect;
     }
   }
+}
+
+TEST(Verdict, OffersNoFrictionToAModelThatTakesInADrift) {
+  Model model = good_model();
+  model.transfer_function = {{{3.2, 1.0}, {-0.0008, 0.0}}, {{40.0, 2.0}, {1.0, 1.0}}, 0.0};
+  model.estimation->score.samples = 490;
+  model.estimation->compared_step_s = 1.0;
+  model.stability.emplace().stable = true;
+  model.stability->margin_rad = 1.0;
+  model.stability->integrator_order = 1.0;
+  model.validation->tests->input.p = 1e-5;
+  model.validation->tests->nonlinearity =
+      NonlinearityTest{{.statistic = 90.0, .degrees = 6, .p = 1e-9}, NonlinearKind::motion};
+  const Verdict verdict = judge(model, {});
+  ASSERT_TRUE(verdict.reasons.front().starts_with("A drift is taken for the plant")) << verdict.reasons.front();
+  EXPECT_FALSE(may_have_friction(model, verdict));
+  for (const std::string& reason : verdict.reasons) EXPECT_EQ(reason.find("friction)"), std::string::npos) << reason;
 }
 
 TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
