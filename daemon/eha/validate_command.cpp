@@ -199,12 +199,12 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     const std::string record = record_of(model);
     std::error_code ignored;
-    const bool is_of_file = !source.run_folder && is_read_as_it_is(command.import) &&
-                            std::filesystem::is_regular_file(record, ignored);
+    const bool is_of_file =
+        !source.run_folder && is_read_as_it_is(command.import) && std::filesystem::is_regular_file(record, ignored);
     if (scored_here.of_another_plant && is_of_file) {
       // The comparison of the model with this record is told already.
-      console.next_step(fmt::format("eha compare {} {} -o comparison.html", shell_word(record),
-                                    shell_word(command.source)));
+      console.next_step(
+          fmt::format("eha compare {} {} -o comparison.html", shell_word(record), shell_word(command.source)));
     } else if (source.run_folder || is_read_as_it_is(command.import)) {
       // The record's own report does not show this model.
       console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(command.model_file),

@@ -127,6 +127,12 @@ bool is_clock_of_minutes(std::string_view text) {
   return !clock_seconds(whole) && clock_seconds(whole + ":00");
 }
 
+std::string with_seconds(std::string_view text) {
+  std::string whole(text);
+  static_cast<void>(cut_half_day(whole));
+  return whole + ":00" + std::string(text.substr(std::min(whole.size(), text.size())));
+}
+
 std::optional<double> ClockReader::seconds(std::string_view text) {
   constexpr double kDay_s = 86400.0;
   // A date in double precision is known to a fraction of a microsecond.
@@ -138,7 +144,11 @@ std::optional<double> ClockReader::seconds(std::string_view text) {
   if (!has_date && first_s_ && time_s < last_s_ - kDay_s / 2.0) {
     day_s_ += kDay_s;
     time_s += kDay_s;
+  } else if (!has_date && falls_ && time_s > last_s_ + kDay_s / 2.0) {
+    day_s_ -= kDay_s;
+    time_s -= kDay_s;
   }
+  falls_ = first_s_ && (time_s < last_s_ || (falls_ && !(time_s > last_s_)));
   if (!first_s_) first_s_ = time_s;
   last_s_ = time_s;
   const int decimals = static_cast<int>(std::lround(-std::log10(clock_quantum_s(text))));

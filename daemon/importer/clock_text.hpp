@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,7 +22,7 @@ namespace eha::importer {
 class ClockReader {
  public:
   /// Seconds from the first row, to the digits shown, at most microseconds; none for other text. A time of day without
-  /// a date goes on over midnight.
+  /// a date goes on over midnight, and back over it where the newest row is the first.
   [[nodiscard]] std::optional<double> seconds(std::string_view text);
   /// Digits behind the point of the finest one so far.
   [[nodiscard]] int decimals() const { return decimals_; }
@@ -30,11 +31,15 @@ class ClockReader {
   std::optional<double> first_s_;
   double last_s_ = 0.0;
   double day_s_ = 0.0;
+  bool falls_ = false;  ///< the newest row is the first
   int decimals_ = 0;
 };
 
 /// Whether text is a clock that a spreadsheet shows without its seconds: "14:03", "25.11.2026 14:03".
 [[nodiscard]] bool is_clock_of_minutes(std::string_view text);
+
+/// Such a clock with the seconds that it does not show: "14:03:00", "11/25/2026 2:03:00 PM".
+[[nodiscard]] std::string with_seconds(std::string_view text);
 
 /// How far apart rows are by a clock that shows whole units only: the step of the rows, or where it lies.
 struct RowPeriod {

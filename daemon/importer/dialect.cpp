@@ -21,6 +21,9 @@ namespace {
 /// In order of preference where two explain a file equally well.
 constexpr std::string_view kDelimiters = ",;\t| ";
 constexpr std::string_view kDecimals = ".,";
+/// The first word of the header of a block of LabVIEW's, and its last line.
+constexpr std::string_view kLabviewBlock = "Channels";
+constexpr std::string_view kEndOfLabviewHeader = "***End_of_Header***";
 
 /// The other sign may separate thousands, an apostrophe too.
 NumberSigns with_thousands(char decimal, std::string_view field) {
@@ -96,7 +99,8 @@ std::vector<std::string> names_in_comment(const std::vector<std::string>& lines,
 void take_trace_names(const Reading& reading, std::size_t first, Header& header) {
   for (std::size_t i = 0; i < first; ++i) {
     const Line& line = reading.lines[i];
-    if (line.fields.size() != reading.fields) continue;
+    // The rows may end with a delimiter that the lines above lack.
+    if (line.fields.size() != reading.fields && line.fields.size() + 1 != reading.fields) continue;
     if (line.fields.front() == "TraceName") {
       header.names = line.fields;
       header.names.front().clear();
@@ -195,6 +199,28 @@ std::optional<Dialect> record_format(const std::vector<std::string>& lines, cons
 
 }  // namespace
 
+bool LabviewBlocks::is_header(std::string_view line) {
+  if (ended_) {
+    // Below it stand the names of the columns again.
+    const bool are_names = line.starts_with("X_Value");
+    if (are_names || is_comment(line)) {
+      ended_ = !are_names;
+      return true;
+    }
+    ended_ = false;
+  }
+  if (line.starts_with(kLabviewBlock)) {
+    inside_ = true;
+    ++count_;
+  }
+  if (!inside_) return false;
+  if (line.starts_with(kEndOfLabviewHeader)) {
+    inside_ = false;
+    ended_ = true;
+  }
+  return true;
+}
+
 bool is_comment(std::string_view line) {
   const std::size_t first = line.find_first_not_of(" \t");
   if (first == std::string_view::npos) return true;
@@ -213,6 +239,17 @@ std::optional<char> labview_separator(const std::vector<std::string>& lines) {
     if (line.starts_with("Separator,Comma")) return ',';
   }
   return std::nullopt;
+}
+
+/// The first line behind LabVIEW's headers: that of the file, and that of its first block of rows. 0: no such file.
+std::size_t behind_labview_headers(const std::vector<std::string>& lines) {
+  std::size_t behind = 0;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    if (lines[k].starts_with(kEndOfLabviewHeader)) behind = k + 1;
+    const auto next = std::find_if_not(lines.begin() + static_cast<std::ptrdiff_t>(k) + 1, lines.end(), is_comment);
+    if (behind == k + 1 && (next == lines.end() || !next->starts_with(kLabviewBlock))) break;
+  }
+  return behind;
 }
 
 /// The rows of a reading and what stands above them.
@@ -337,9 +374,12 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   if (auto known = record_format(all_lines, options)) return *known;
   // What LabVIEW writes above its measurement has rows of numbers, too.
   std::vector<std::string> lines = all_lines;
-  const auto end_of_header = std::find_if(
-      lines.rbegin(), lines.rend(), [](const std::string& line) { return line.starts_with("***End_of_Header***"); });
-  std::fill(lines.begin(), end_of_header.base(), "");
+  const std::size_t behind_headers = behind_labview_headers(lines);
+  std::fill(lines.begin(), lines.begin() + static_cast<std::ptrdiff_t>(behind_headers), "");
+  LabviewBlocks blocks;
+  for (std::size_t k = behind_headers; behind_headers > 0 && k < lines.size(); ++k) {
+    if (blocks.is_header(lines[k])) lines[k].clear();
+  }
   // So does what a scope of Tektronix writes.
   const std::optional<std::size_t> scope_header = scope_header_line(all_lines);
   if (scope_header) {
@@ -347,7 +387,7 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
     if (lines[*scope_header].starts_with('#')) lines[*scope_header].erase(0, 1);
   }
   std::optional<char> told;
-  if (end_of_header != lines.rend()) told = labview_separator(all_lines);
+  if (behind_headers > 0) told = labview_separator(all_lines);
   std::vector<Reading> readings;
   for (const char delimiter : kDelimiters) {
     if (options.delimiter.value_or(told.value_or(delimiter)) != delimiter) continue;
@@ -383,6 +423,7 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
   refuse_commas_for_both(*best, *layout, path);
   take_pairs(*best, layout->first, path, layout->header);
   Dialect dialect;
+  dialect.is_of_labview = behind_headers > 0;
   dialect.delimiter = best->delimiter;
   dialect.signs = best->signs;
   dialect.first_data_line = best->lines[layout->first].number;

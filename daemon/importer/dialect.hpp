@@ -22,11 +22,26 @@ struct Dialect {
   std::vector<std::string> units = {};  ///< of a row of units; empty without one
   std::vector<bool> holds_facts = {};   ///< of columns: facts beside the rows, no part of the record; empty: none
   bool is_record_format = false;        ///< a header that begins with time_s, commas and points: eha-record(5)
+  bool is_of_labview = false;           ///< its rows may come in blocks with a header each: LabviewBlocks
   bool has_comma_numbers = false;       ///< some field has a decimal comma
   bool has_thousands = false;           ///< some field has signs.thousands
   std::size_t skipped_lines = 0;        ///< text before the header that is neither comment nor blank
   /// Whether a number of these lines proves the signs, an option says them, or the file is of eha.
   bool are_signs_known = false;
+};
+
+/// Finds the headers between LabVIEW's blocks of rows, one line after the other from below the first header.
+class LabviewBlocks {
+ public:
+  /// Whether a line belongs to such a header, or is the row of names below it.
+  [[nodiscard]] bool is_header(std::string_view line);
+  /// Headers so far.
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+ private:
+  bool inside_ = false;
+  bool ended_ = false;
+  std::size_t count_ = 0;
 };
 
 /// A line that holds no data: blank, or one that begins with # % or //, or Excel's "sep=;".

@@ -16,6 +16,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/lone_rows.hpp"
@@ -155,7 +156,7 @@ std::string time_reading(const Column& time, const Roles& roles) {
 /// Whether the columns are those of a record and no others, so that none of them was chosen.
 bool is_in_order_of_record(const Table& table) {
   const std::vector<Column>& columns = table.columns();
-  return table.is_record_format() &&
+  return table.is_record_format() && table.guesses().empty() &&
          (columns.size() <= 3 || (columns.size() == 4 && columns[3].name == kFilledColumn));
 }
 
@@ -207,6 +208,41 @@ void refuse_time_without_unit(const Rows& rows, const Column& time, const std::f
   throw DataError(fmt::format("{}: the clock{} rises by {:.6g} a row and has no unit{}", path.string(),
                               time.label.empty() ? "" : fmt::format(" \"{}\"", readable(time.label, kLongestShown)),
                               *middle, readings));
+}
+
+/// The number of rows between two values of a column that has one in every nth row only; none where it has more, or not
+/// evenly.
+std::optional<std::size_t> every_nth(const std::vector<double>& sample) {
+  constexpr std::size_t kFewest = 5;
+  std::vector<std::size_t> measured;
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    if (std::isfinite(sample[k])) measured.push_back(k);
+  }
+  if (measured.size() < kFewest) return std::nullopt;
+  const std::size_t every = measured[1] - measured[0];
+  for (std::size_t i = 1; i < measured.size(); ++i) {
+    if (measured[i] - measured[i - 1] != every) return std::nullopt;
+  }
+  return every > 1 ? std::optional(every) : std::nullopt;
+}
+
+/// An output that a slower device measured: filled rows would be most of the record, and no model is accepted of those.
+void refuse_slower_output(const Table& table, const Roles& roles, const std::filesystem::path& path,
+                          const Options& options) {
+  const auto form = table.text_form();
+  const auto every = every_nth(table.columns()[*roles.output].sample);
+  if (options.resample || !form || form->delimiter == ' ' || !every) return;
+  const std::string rows = shell_word(path.stem().string() + "-rows" + path.extension().string());
+  throw DataError(fmt::format(
+      "{}: column {} has a value in every {}{} row only; `awk -F'{}' 'NR<{}||${}~/[0-9]/' {} > {}` keeps these rows, "
+      "then: `eha import {}`; --resample would fill the others, and a record that is filled for the most part has no "
+      "model",
+      path.string(), described(table.columns(), *roles.output), *every,
+      *every == 2   ? "nd"
+      : *every == 3 ? "rd"
+                    : "th",
+      form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), form->first_data_line, *roles.output + 1,
+      shell_word(path.string()), rows, rows));
 }
 
 /// Of a file that eha wrote: a length as input and volts as output are a response read backwards.
@@ -399,6 +435,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   check(options);
   const std::unique_ptr<Table> table = open_table(path, options);
   const Roles roles = roles_of(*table, path, options, progress);
+  refuse_slower_output(*table, roles, path, options);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
   Imported imported = assembled(rows, *table, roles, path, options);

@@ -37,6 +37,10 @@ std::vector<Column> named_columns(const Dialect& dialect, const TextLines& text,
     }
     if (i < dialect.units.size() && column.unit.empty()) column.unit = unit_of(text.decoded(dialect.units[i]));
   }
+  // Scopes write the second as "S".
+  for (Column& column : columns) {
+    if (column.unit == "S" && hints_of(column.name, "").time > 0) column.unit = "s";
+  }
   // "Time ms" has one as the columns beside it may have.
   const auto has_other_form = [](const Column& column) {
     return !column.unit.empty() && name_and_unit(column.label).first != column.label;

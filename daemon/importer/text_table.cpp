@@ -20,6 +20,7 @@
 #include "daemon/importer/dialect.hpp"
 #include "daemon/importer/header_facts.hpp"
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/newest_first.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/split_clock.hpp"
 #include "daemon/importer/text_columns.hpp"
@@ -57,9 +58,14 @@ class TextTable final : public Table {
       : path_(path), options_(options), lines_(path, std::move(text)) {
     if (!kind.empty()) guesses_.push_back(kind);
     can_be_cut_ = kind.empty() && lines_.size() > 0 && lines_.encoding() != "UTF-16";
-    const std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
+    std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
     refuse_unreadable(first);
     dialect_ = guess_dialect(first, options, path.string());
+    LabviewBlocks blocks;
+    for (std::size_t k = dialect_.first_data_line; dialect_.is_of_labview && k < first.size(); ++k) {
+      if (blocks.is_header(first[k])) first[k].clear();
+    }
+    has_blocks_ = blocks.count() > 0;
     evidence_ = SignEvidence(dialect_.delimiter);
     if (dialect_.fields > kMostColumns) {
       throw DataError(fmt::format("{}:{}: more than {} columns", path.string(), dialect_.header_line, kMostColumns));
@@ -75,7 +81,12 @@ class TextTable final : public Table {
     columns_ = named_columns(dialect_, lines_, path);
     sample(first);
     refuse_time_stamps();
+    newest_first_ = is_newest_first(columns_, first, dialect_);
+    for (Column& column : columns_) {
+      if (newest_first_) turn_round(column.sample, column.is_clock && !column.is_number);
+    }
     if (!dialect_.is_record_format) note_guesses();
+    if (newest_first_) guesses_.emplace_back("the newest row first, turned round");
   }
 
   [[nodiscard]] const std::vector<Column>& columns() const override { return columns_; }
@@ -93,22 +104,29 @@ class TextTable final : public Table {
   [[nodiscard]] std::optional<RowPeriod> period_of_rows(std::size_t column) override {
     constexpr double kDay_s = 86400.0;
     CsvFields fields(dialect_.delimiter);
-    RowClock clock;
+    std::vector<std::pair<double, double>> times;  // with the last digit
     ClockReader reader;
+    const bool are_minutes = !columns_[column].is_clock && is_clock_of_minutes(columns_[column].sampled_text);
+    LabviewBlocks blocks;
     while (const auto line = lines_.next()) {
-      if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
+      if (lines_.line() < dialect_.first_data_line || is_between_rows(*line, blocks)) continue;
       if (!fields.split(*line) || fields.size() <= column) continue;
       const std::string_view field = cell(fields, column);
       double days = 0.0;
       if (columns_[column].is_clock) {
-        if (const auto time_s = reader.seconds(field)) clock.add(*time_s, clock_quantum_s(field));
+        if (const auto time_s = reader.seconds(field)) times.emplace_back(*time_s, clock_quantum_s(field));
+      } else if (are_minutes) {
+        if (const auto time_s = reader.seconds(with_seconds(field))) times.emplace_back(*time_s, 60.0);
       } else if (parse_number(field, dialect_.signs, days) == NumberKind::finite) {
         // A date in double precision is known to a few microseconds, however many digits are written.
         constexpr double kFinest_s = 1e-5;
         const double digit_s = kDay_s * std::pow(10.0, -precision_of(field, dialect_.signs.decimal).decimals);
-        clock.add(kDay_s * days, std::max(digit_s, kFinest_s));
+        times.emplace_back(kDay_s * days, std::max(digit_s, kFinest_s));
       }
     }
+    if (newest_first_) std::reverse(times.begin(), times.end());
+    RowClock clock;
+    for (const auto& [time_s, digit_s] : times) clock.add(time_s, digit_s);
     return clock.period();
   }
 
@@ -118,6 +136,31 @@ class TextTable final : public Table {
   }
 
   [[nodiscard]] Rows read(const Selection& selection, const Progress& progress) override {
+    if (!newest_first_) return read_downwards(selection, progress);
+    // Times count from the oldest row, which is known at the end only.
+    Selection all = selection;
+    all.from = -std::numeric_limits<double>::infinity();
+    all.to = std::numeric_limits<double>::infinity();
+    Rows rows = read_downwards(all, progress);
+    rows.has_lines = false;
+    rows.line_marks.clear();
+    for (std::size_t i = 0; i < rows.columns.size(); ++i) {
+      const Column& column = columns_[selection.columns[i]];
+      turn_round(rows.columns[i], column.is_clock && !column.is_number);
+    }
+    std::size_t kept = 0;
+    for (std::size_t row = 0; row < rows.count(); ++row) {
+      const double at = selection.has_time ? rows.columns.front()[row] : static_cast<double>(row);
+      if (at < selection.from || at > selection.to) continue;
+      for (auto& column : rows.columns) column[kept] = column[row];
+      ++kept;
+    }
+    for (auto& column : rows.columns) column.resize(kept);
+    return rows;
+  }
+
+ private:
+  [[nodiscard]] Rows read_downwards(const Selection& selection, const Progress& progress) {
     CsvFields fields(dialect_.delimiter);
     Rows rows;
     rows.has_lines = true;
@@ -129,8 +172,9 @@ class TextTable final : public Table {
     constexpr double kInside = 1e-9;  // twice what a selection adds, so that its limit itself is inside
     const double last_wanted =
         std::isfinite(selection.to) ? selection.to - kInside * std::max(1.0, std::abs(selection.to)) : selection.to;
+    LabviewBlocks blocks;
     while (const auto line = lines_.next()) {
-      if (lines_.line() < dialect_.first_data_line || is_comment(*line)) continue;
+      if (lines_.line() < dialect_.first_data_line || is_between_rows(*line, blocks)) continue;
       if (selection.keep_missing && is_spreadsheet_error(*line)) {
         // The whole row is one error.
         std::fill(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN());
@@ -172,7 +216,11 @@ class TextTable final : public Table {
     return rows;
   }
 
- private:
+  /// Whether a line is none of the table: a comment, or of the header of a block of LabVIEW's.
+  [[nodiscard]] bool is_between_rows(std::string_view line, LabviewBlocks& blocks) const {
+    return (dialect_.is_of_labview && blocks.is_header(line)) || is_comment(line);
+  }
+
   void refuse_unreadable(const std::vector<std::string>& first) {
     if (first.empty()) {
       // A first line that is too long, or the end of the file.
@@ -256,6 +304,7 @@ class TextTable final : public Table {
     } else if (!dialect_.units.empty()) {
       guesses_.emplace_back("a row of units");
     }
+    if (has_blocks_) guesses_.emplace_back("blocks with a header each, read as one");
     if (dialect_.names.empty()) guesses_.emplace_back("no header");
   }
 
@@ -456,6 +505,8 @@ class TextTable final : public Table {
   std::vector<std::string> guesses_;
   std::optional<double> told_period_s_;
   bool says_closed_loop_ = false;
+  bool newest_first_ = false;
+  bool has_blocks_ = false;  ///< of LabVIEW
 };
 
 }  // namespace

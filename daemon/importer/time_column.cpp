@@ -254,9 +254,9 @@ class TimeFinder {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (columns_[i].is_number || !is_clock_of_minutes(columns_[i].sampled_text)) continue;
       fail(
-          fmt::format("column {} shows minutes only, such as \"{}\"; format its cells to show seconds and parts of "
-                      "them (hh:mm:ss.000) and export again, or {}",
-                      described(columns_, i), readable(columns_[i].sampled_text, kLongestShown), period_asked()));
+          fmt::format("column {} shows minutes only, such as \"{}\"; {}format its cells to show seconds and parts of "
+                      "them (hh:mm:ss.000) and export again",
+                      described(columns_, i), readable(columns_[i].sampled_text, kLongestShown), told_by_minutes(i)));
     }
     if (table_.stated_period()) return std::nullopt;
     if (!claims.counting.empty()) {
@@ -284,6 +284,20 @@ class TimeFinder {
     const std::optional<RowPeriod> period = table_.period_of_rows(column);
     return period ? period_offer(*period, path_, options_)
                   : fmt::format("with the sample period in seconds: `{}`", command("--period SECONDS"));
+  }
+
+  /// The same of a clock that shows hours and minutes, or minutes and seconds: "... or ", before another way out.
+  [[nodiscard]] std::string told_by_minutes(std::size_t column) const {
+    const std::string& text = columns_[column].sampled_text;
+    const std::optional<RowPeriod> period = table_.told_period_s() ? std::nullopt : table_.period_of_rows(column);
+    if (!period) return period_asked() + ", or ";
+    constexpr double kMinute = 1.0 / 60.0;
+    const bool has_date = text.find(':') > 2;
+    if (has_date) return fmt::format("{}; or ", period_offer(*period, path_, options_));
+    const bool is_part = period->first_row > 0 || period->is_part;
+    return fmt::format("if these are hours and minutes: `{}`; if minutes and seconds: `{}`{}; or ",
+                       command(period_options(*period)), command(period_options(*period, kMinute)),
+                       is_part ? fmt::format(" (the longest part without a pause, {} rows)", period->rows) : "");
   }
 
   /// Several columns have equal claims.

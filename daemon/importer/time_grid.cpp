@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/shell_word.hpp"
 #include "core/time_text.hpp"
 #include "daemon/importer/clock_text.hpp"
 
@@ -120,14 +119,7 @@ class Grid {
     for (std::size_t k = 1; k < time_s_.size(); ++k) {
       if (!(time_s_[k] < time_s_[k - 1])) return;
     }
-    const std::string sorted = shell_word(path_.stem().string() + "-sorted" + path_.extension().string());
-    const std::size_t above = table_.has_lines ? table_.line_of(0) - 1 : 0;
-    const std::string mend =
-        table_.has_lines
-            ? fmt::format(": `(head -n {} {}; tail -n +{} {} | tac) > {}`, then `eha import {}`", above,
-                          shell_word(path_.string()), above + 1, shell_word(path_.string()), sorted, sorted)
-            : "";
-    throw DataError(fmt::format("{}: the newest row is the first; sort the rows by time{}", path_.string(), mend));
+    throw DataError(fmt::format("{}: the newest row is the first; sort the rows by time", path_.string()));
   }
 
   /// Whether the time goes back by more than `least_s` at a row and goes on from there.

@@ -117,6 +117,48 @@ TEST_F(ImportedFile, SaysThatAClockShowsMinutesOnly) {
   }
 }
 
+TEST_F(ImportedFile, OffersThePeriodOfAClockOfMinutes) {
+  const auto of_day = [](int k) { return fmt::format("{:02}:{:02}", (20 + k / 60) % 24, k % 60); };
+  const std::string dated = refusal_of(write(
+      "dated.csv", clock_rows([&](int k) { return fmt::format("{}.11.2026 {}", k < 240 ? 25 : 26, of_day(k)); })));
+  ASSERT_EQ(commands_of(dated).size(), 1U) << dated;
+  const Imported by_minutes = answered(folder_.path() / "dated.csv", dated);
+  EXPECT_DOUBLE_EQ(by_minutes.record.step_s, 60.0);
+  EXPECT_EQ(by_minutes.record.input.size(), Rig::kRows) << dated;
+  const std::string bare = refusal_of(write("bare.csv", clock_rows(of_day)));
+  ASSERT_EQ(commands_of(bare).size(), 2U) << bare;
+  EXPECT_DOUBLE_EQ(answered(folder_.path() / "bare.csv", bare, 0).record.step_s, 60.0);
+  EXPECT_DOUBLE_EQ(answered(folder_.path() / "bare.csv", bare, 1).record.step_s, 1.0);
+}
+
+TEST_F(ImportedFile, TurnsRowsRoundOfWhichTheNewestIsTheFirst) {
+  const int last = Rig::kRows - 1;
+  const auto turned = [&](const std::string& header, const std::function<std::string(int)>& clock) {
+    return Rig::rows(header, [&](int k) { return clock(last - k) + "," + cells(last - k); });
+  };
+  const std::string header = "Time,Valve (V),Rod (mm)\n";
+  const std::vector<std::pair<double, std::string>> texts{
+      {0.01, turned("Time [s],Valve (V),Rod (mm)\n", [](int k) { return fmt::format("{:.2f}", 0.01 * k); })},
+      {0.01, turned("time_s,valve_V,rod_mm\n", [](int k) { return fmt::format("{:.2f}", 0.01 * k); })},
+      {0.01, turned(header, [](int k) { return fmt::format("2026-03-01T10:00:0{}.{:02}0Z", k / 100, k % 100); })},
+      {60.0, turned(header, [](int k) { return fmt::format("{:02}:{:02}:00", (20 + k / 60) % 24, k % 60); })}};
+  for (const auto& [step_s, text] : texts) {
+    const auto path = write("turned.csv", text);
+    const Imported imported = import_record(path, {});
+    EXPECT_DOUBLE_EQ(imported.record.step_s, step_s);
+    EXPECT_DOUBLE_EQ(imported.record.start_s, 0.0);
+    ASSERT_EQ(imported.record.input.size(), Rig::kRows);
+    EXPECT_NEAR(imported.record.input[7], Rig::volts(7), 1e-4);
+    EXPECT_NEAR(imported.record.output[last], Rig::place(last), 1e-4);
+    EXPECT_NE(imported.guess.find("the newest row first, turned round"), std::string::npos) << imported.guess;
+    const Imported part = import_record(path, {.from_s = 5 * step_s, .to_s = 9 * step_s});
+    ASSERT_EQ(part.record.input.size(), 5);
+    EXPECT_NEAR(part.record.input[0], Rig::volts(5), 1e-4);
+    EXPECT_NEAR(import_record(path, {.period_s = 0.5}).record.input[7], Rig::volts(7), 1e-4)
+        << "a period replaces the times, not their order";
+  }
+}
+
 TEST_F(ImportedFile, OffersThePeriodOfAllRowsWhereTimesRepeat) {
   for (const double begin_s : {0.0, 0.037}) {
     const auto path =
@@ -178,16 +220,6 @@ TEST_F(ImportedFile, HasACommandForEachOfItsRecords) {
     ASSERT_EQ(part.record.input.size(), begins[i + 1] - begins[i]);
     EXPECT_NEAR(part.record.input[0], Rig::volts(begins[i]), 1e-4);
   }
-}
-
-TEST_F(ImportedFile, IsSortedByACommandWhereTheNewestRowIsFirst) {
-  const auto path = write("newest.csv", clock_rows([](int k) { return fmt::format("{:.2f}", 0.01 * (299 - k)); }));
-  const std::string refusal = refusal_of(path);
-  ASSERT_FALSE(commands_of(refusal).empty()) << refusal;
-  ASSERT_TRUE(shell(commands_of(refusal)[0])) << refusal;
-  const Imported imported = import_record(folder_.path() / "newest-sorted.csv", {});
-  EXPECT_EQ(imported.record.input.size(), Rig::kRows);
-  EXPECT_NEAR(imported.record.input[0], Rig::volts(299), 1e-4);
 }
 
 TEST_F(ImportedFile, KeepsAColumnOfTimesApartThatAPeriodReplaces) {

@@ -175,6 +175,68 @@ TEST_F(ImportedFile, HasYokogawasRowsWhereverTheTracesAreNamed) {
   const auto path = write(
       "wave.csv", Rig::rows(head, [](int k) { return fmt::format(",{:.5E},{:.5E}", Rig::volts(k), Rig::place(k)); }));
   expect_rig(answered(path, refusal_of(path)));
+  // Rows that end with a comma.
+  const std::string shorter =
+      "\"Model\",\"DL850E\"\n\"BlockNumber\",1\n\"TraceName\",\"CH1\",\"CH2\"\n\"VUnit\",\"V\",\"mm\"\n"
+      "\"HResolution\",1.0E-02,1.0E-02\n\"HUnit\",\"s\",\"s\"\n\"Time\",\"14:03:07.1\"\n\n";
+  const auto ended =
+      write("ended.csv",
+            Rig::rows(shorter, [](int k) { return fmt::format(",{:.5E},{:.5E},", Rig::volts(k), Rig::place(k)); }));
+  const std::string refusal = refusal_of(ended);
+  EXPECT_NE(refusal.find("one every 0.01 s"), std::string::npos) << refusal;
+  expect_rig(answered(ended, refusal));
+}
+
+TEST_F(ImportedFile, HasSecondsThatAScopeWritesAsS) {
+  const auto path = write(
+      "tek.csv",
+      Rig::rows("Model,MSO44\nHorizontal Units,S,,\nSample Interval,0.01,,\n"
+                "Vertical Units,V,mm\nLabel,Valve,Rod\nTIME,CH1,CH2\n",
+                [](int k) { return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, Rig::volts(k), Rig::place(k)); }));
+  expect_rig(import_record(path, {}));
+}
+
+/// Rows as LabVIEW writes them in blocks of 250, the clock of each from `begin_s`.
+std::string labview_blocks(const std::function<double(int)>& time_s) {
+  std::string text =
+      "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tYes\n"
+      "X_Columns\tOne\n***End_of_Header***\t\n\t\n";
+  for (int k = 0; k < Rig::kRows; ++k) {
+    if (k % 250 == 0) {
+      text += fmt::format(
+          "{}Channels\t2\t\t\nSamples\t100\t100\t\nY_Unit_Label\tV\tmm\t\nX0\t{}\t{}\t\n"
+          "***End_of_Header***\t\t\t\nX_Value\tValve\tPosition\tComment\n",
+          k > 0 ? "\n" : "", time_s(k), time_s(k));
+    }
+    text += fmt::format("{:.2f}\t{:.4f}\t{:.4f}\n", time_s(k), Rig::volts(k), Rig::place(k));
+  }
+  return text;
+}
+
+TEST_F(ImportedFile, ReadsLabviewsBlocksAsOneRecordAndDropsNone) {
+  const Imported whole = import_record(write("blocks.lvm", labview_blocks([](int k) { return 0.01 * k; })), {});
+  expect_rig(whole);
+  EXPECT_NE(whole.guess.find("blocks with a header each, read as one"), std::string::npos) << whole.guess;
+  // A block each with a clock from 0: a command for each.
+  const auto path = write("again.lvm", labview_blocks([](int k) { return 0.01 * (k % 250); }));
+  const std::string refusal = refusal_of(path);
+  ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
+  EXPECT_NEAR(answered(path, refusal, 0).record.input[3], Rig::volts(3), 1e-4);
+  EXPECT_NEAR(answered(path, refusal, 1).record.input[3], Rig::volts(253), 1e-4);
+}
+
+TEST_F(ImportedFile, HasACommandForTheRowsOfASlowerOutput) {
+  const auto path = write("mixed.csv", Rig::rows("t [s];u [V];y [mm]\n", [](int k) {
+                            return fmt::format("{:.2f};{:.4f};{}", 0.01 * k, Rig::volts(k),
+                                               k % 5 == 0 ? fmt::format("{:.4f}", Rig::place(k)) : "");
+                          }));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("in every 5th row only"), std::string::npos) << refusal;
+  ASSERT_TRUE(shell(commands_of(refusal).at(0))) << refusal;
+  const Imported imported = import_record(folder_.path() / "mixed-rows.csv", {});
+  ASSERT_EQ(imported.record.input.size(), Rig::kRows / 5);
+  EXPECT_DOUBLE_EQ(imported.record.step_s, 0.05);
+  EXPECT_NEAR(imported.record.output[3], Rig::place(15), 1e-4);
 }
 
 TEST_F(ImportedFile, HasTheSignOfInfinityForAnOverload) {

@@ -127,6 +127,16 @@ TEST_F(LoggerFile, OfAClosedLoopIsStillOneAfterItsImport) {
   const Imported imported = import_record(path, {});
   ASSERT_FALSE(imported.remarks.empty());
   EXPECT_NE(imported.remarks.front().find("is a set point of the rod, so that a controller"), std::string::npos);
+  // Names as of a record, but more columns than one has: which were taken is said, and what a set point makes of them.
+  const Imported plain =
+      import_record(write("plain.csv", Rig::rows("time_s,reference_V,valve_V,position_mm\n",
+                                                 [](int k) {
+                                                   return fmt::format("{:.2f},{:.4f},{:.4f},{:.4f}", 0.01 * k,
+                                                                      std::cos(0.1 * k), Rig::volts(k), Rig::place(k));
+                                                 })),
+                    {});
+  EXPECT_NE(plain.guess.find("input 3 \"valve_V\", output 4 \"position_mm\""), std::string::npos) << plain.guess;
+  EXPECT_TRUE(plain.is_closed_loop);
   std::string text;
   write_record_csv(imported, [&](std::string_view piece) { text += piece; });
   const Imported again = import_record(write("again.csv", text), {});
