@@ -262,11 +262,13 @@ void refuse_exchanged(const ident::Record& record, const Roles& roles, const std
 /// Codes for missing values in one column: asked about, or taken as not measured.
 /// @param time_of  time of a row [s]
 template <typename TimeOf>
-bool take_missing_codes(Rows& rows, std::size_t column, const std::string& name, const TimeOf& time_of,
+bool take_missing_codes(Rows& rows, std::size_t column, bool is_output, const TimeOf& time_of,
                         const std::filesystem::path& path, const Options& options, Imported& imported) {
-  const std::vector<MissingCode> codes = missing_codes(rows.columns[column]);
+  std::vector<MissingCode> codes = missing_codes(rows.columns[column]);
+  // An input may well be 0.
+  if (auto lost = is_output ? dropouts(rows.columns[column]) : std::nullopt) codes.push_back(std::move(*lost));
   for (const MissingCode& code : codes) {
-    const std::string found = missing_code_text(code, name);
+    const std::string found = missing_code_text(code, is_output ? "the output" : "the input");
     if (options.resample) {
       imported.repairs.push_back(found + "; taken as not measured");
       for (const std::size_t row : code.rows) rows.columns[column][row] = std::numeric_limits<double>::quiet_NaN();
@@ -346,8 +348,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
   };
   for (const std::size_t at : {first, first + 1}) {
     if (at > first && !roles.output) continue;
-    const char* name = at == first ? "the input" : "the output";
-    if (take_missing_codes(rows, at, name, time_of, path, options, imported)) is_even = false;
+    if (take_missing_codes(rows, at, at > first, time_of, path, options, imported)) is_even = false;
   }
   for (const std::size_t at : {first, first + 1}) {
     if (!roles.output || options.keep_lone_rows) break;

@@ -57,8 +57,47 @@ std::vector<MissingCode> missing_codes(std::span<const double> values) {
   return codes;
 }
 
+std::optional<MissingCode> dropouts(std::span<const double> values) {
+  constexpr std::size_t kFewestInARow = 4;
+  constexpr double kBeyondOthers = 3.0;
+  const auto is_zero = [&](std::size_t k) { return !(std::abs(values[k]) > 0.0); };
+  double least_edge = std::numeric_limits<double>::infinity();
+  double greatest_other = 0.0;
+  MissingCode found;
+  for (std::size_t k = 0; k < values.size();) {
+    std::size_t end = k + 1;
+    if (is_zero(k)) {
+      while (end < values.size() && is_zero(end)) ++end;
+    }
+    const bool is_drop = is_zero(k) && end - k >= kFewestInARow && k > 0 && end < values.size();
+    if (is_drop) {
+      least_edge = std::min({least_edge, std::abs(values[k - 1]), std::abs(values[end])});
+      for (std::size_t row = k; row < end; ++row) found.rows.push_back(row);
+      ++found.dropouts;
+      // The step out of it is none of the others.
+      k = end + 1;
+      continue;
+    }
+    if (k > 0 && std::isfinite(values[k] - values[k - 1])) {
+      const bool is_into_drop = is_zero(k) && end - k >= kFewestInARow;
+      if (!is_into_drop) greatest_other = std::max(greatest_other, std::abs(values[k] - values[k - 1]));
+    }
+    k = end;
+  }
+  const bool stands_out = std::isfinite(least_edge) && least_edge > kBeyondOthers * greatest_other;
+  if (found.rows.empty() || 2 * found.rows.size() >= values.size() || !stands_out) return std::nullopt;
+  return found;
+}
+
 std::string missing_code_text(const MissingCode& code, const std::string& column) {
   const std::size_t count = code.rows.size();
+  if (code.dropouts > 0) {
+    return fmt::format(
+        "{} drops to 0 and comes back within a row in {} place{}, {} rows in all, as where a contact is loose or a "
+        "signal "
+        "is lost",
+        column, code.dropouts, code.dropouts == 1 ? "" : "s", count);
+  }
   return fmt::format("{} row{} of {} hold{} {:.6g}, a code for missing values", count, count == 1 ? "" : "s", column,
                      count == 1 ? "s" : "", code.value);
 }

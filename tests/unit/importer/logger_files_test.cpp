@@ -7,8 +7,10 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/importer/import.hpp"
+#include "daemon/importer/missing_codes.hpp"
 #include "tests/unit/importer/bench_file.hpp"
 
 namespace eha::importer {
@@ -118,6 +120,29 @@ TEST_F(LoggerFile, OfTwinCatHasNamesUnitsAndPeriod) {
 TEST_F(LoggerFile, OfTwinCatWithClocksThatDifferIsRefused) {
   const std::string refusal = refusal_of(write("scope.csv", scope_of(5.0)));
   EXPECT_NE(refusal.find("the time of x_Ist is 5 where that of u_Ventil is 0"), std::string::npos) << refusal;
+}
+
+TEST_F(LoggerFile, WithAnOutputThatDropsOutIsFilledByACommand) {
+  const auto text = [](int length, double from) {
+    return Rig::rows("time_s,voltage_V,position_mm\n", [&](int k) {
+      const bool is_lost = (k >= 60 && k < 60 + length) || (k >= 200 && k < 200 + length);
+      return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, Rig::volts(k), is_lost ? 0.0 : Rig::place(k) + from);
+    });
+  };
+  const auto path = write("drops.csv", text(10, 0.0));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("the output drops to 0 and comes back within a row in 2 places, 20 rows in all"),
+            std::string::npos)
+      << refusal;
+  ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
+  const Imported filled = import_record(path, {.resample = true});
+  EXPECT_EQ(filled.filled.size(), 20U);
+  EXPECT_GT(filled.record.output.minCoeff(), 35.0);
+  // A rod that passes through 0, or rests there, drops nowhere.
+  EXPECT_EQ(import_record(write("through.csv", text(1, -50.0)), {.keep_lone_rows = true}).record.input.size(),
+            Rig::kRows);
+  EXPECT_FALSE(dropouts(std::vector<double>{0, 0, 0, 0, 1, 2, 1, 0, 0, 0, 0, 1, 2, 3, 2, 1, 0, 0, 0, 0}));
+  EXPECT_FALSE(dropouts(std::vector<double>{5, 0, 0, 0, 0, 5, 5, 0, 0, 0, 0, 5, 0, 5, 5, 5, 5, 5})) << "a square wave";
 }
 
 TEST_F(LoggerFile, OfAClosedLoopIsStillOneAfterItsImport) {
