@@ -231,7 +231,9 @@ std::string readable(std::string_view name, std::size_t length) {
 Hints hints_of(std::string_view name, std::string_view unit) {
   const std::vector<std::string> words = words_of(telling_field(name));
   Hints hints;
-  hints.time = (has_word(words, kTimeNames) ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
+  // LabVIEW's column of times.
+  const bool is_time = has_word(words, kTimeNames) || name == "X_Value";
+  hints.time = (is_time ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);
   hints.output = (has_word(words, kOutputNames) ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
   if (is_set_point(words, unit)) {

@@ -196,13 +196,13 @@ TEST_F(ImportedFile, HasSecondsThatAScopeWritesAsS) {
   expect_rig(import_record(path, {}));
 }
 
-/// Rows as LabVIEW writes them in blocks of 250, the clock of each from `begin_s`.
-std::string labview_blocks(const std::function<double(int)>& time_s) {
+/// Rows as LabVIEW writes them in blocks of `length`, each with a header.
+std::string labview_blocks(int length, const std::function<double(int)>& time_s) {
   std::string text =
       "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tYes\n"
       "X_Columns\tOne\n***End_of_Header***\t\n\t\n";
   for (int k = 0; k < Rig::kRows; ++k) {
-    if (k % 250 == 0) {
+    if (k % length == 0) {
       text += fmt::format(
           "{}Channels\t2\t\t\nSamples\t100\t100\t\nY_Unit_Label\tV\tmm\t\nX0\t{}\t{}\t\n"
           "***End_of_Header***\t\t\t\nX_Value\tValve\tPosition\tComment\n",
@@ -214,15 +214,15 @@ std::string labview_blocks(const std::function<double(int)>& time_s) {
 }
 
 TEST_F(ImportedFile, ReadsLabviewsBlocksAsOneRecordAndDropsNone) {
-  const Imported whole = import_record(write("blocks.lvm", labview_blocks([](int k) { return 0.01 * k; })), {});
+  const Imported whole = import_record(write("blocks.lvm", labview_blocks(100, [](int k) { return 0.01 * k; })), {});
   expect_rig(whole);
   EXPECT_NE(whole.guess.find("blocks with a header each, read as one"), std::string::npos) << whole.guess;
   // A block each with a clock from 0: a command for each.
-  const auto path = write("again.lvm", labview_blocks([](int k) { return 0.01 * (k % 250); }));
+  const auto path = write("again.lvm", labview_blocks(100, [](int k) { return 0.01 * (k % 100); }));
   const std::string refusal = refusal_of(path);
-  ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
+  ASSERT_EQ(commands_of(refusal).size(), 3U) << refusal;
   EXPECT_NEAR(answered(path, refusal, 0).record.input[3], Rig::volts(3), 1e-4);
-  EXPECT_NEAR(answered(path, refusal, 1).record.input[3], Rig::volts(253), 1e-4);
+  EXPECT_NEAR(answered(path, refusal, 1).record.input[3], Rig::volts(103), 1e-4);
 }
 
 TEST_F(ImportedFile, HasACommandForTheRowsOfASlowerOutput) {
