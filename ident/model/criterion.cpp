@@ -50,6 +50,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
      "error over the measured noise, to reject", "error {value} times the noise"},
     {Kind::error_over_refit, "error_over_refit", "", Unit::none, Weight::rejects, "error over that of a refit",
      "of another plant"},
+    {Kind::error_over_estimating, "error_over_estimating", "", Unit::none, Weight::lowers,
+     "error over that of the estimating part", "unseen error {value} times the estimating one"},
     {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects, "stability margin",
      "not stable enough"},
     {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers, "persistent excitation, order",

@@ -27,8 +27,9 @@ enum class CriterionKind : std::uint8_t {
   jump,           ///< a sudden lasting change of the error
   extrapolated,
   error_over_noise,
-  far_error_over_noise,  ///< the same, with so great an error that the model is wrong
-  error_over_refit,      ///< on another record: against the same structure fitted to it
+  far_error_over_noise,   ///< the same, with so great an error that the model is wrong
+  error_over_refit,       ///< on another record: against the same structure fitted to it
+  error_over_estimating,  ///< rms error on the validation part over that on the estimating one
   stability_margin,
   excitation_order,
   order_error,           ///< standard error of a free order

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <vector>
 
 #include "ident/fractional/poles.hpp"
 #include "ident/model/record_start.hpp"
@@ -13,6 +14,8 @@
 namespace eha::ident {
 namespace {
 
+constexpr double kReal = 1e-7;  // imaginary part of a real root, share
+
 /// The greatest time constant of the real roots [s]; 0 without one.
 double slowest_s(const std::vector<Term>& terms) {
   const ReducedPolynomial polynomial = reduced(terms);
@@ -20,13 +23,41 @@ double slowest_s(const std::vector<Term>& terms) {
   if (polynomial.terms.size() < 2) return 0.0;
   double slowest = 0.0;
   for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
-    const bool is_real = std::abs(root.imag()) < 1e-7 * std::abs(root);
+    const bool is_real = std::abs(root.imag()) < kReal * std::abs(root);
     if (is_real) slowest = std::max(slowest, 1.0 / std::abs(root));
   }
   return slowest;
 }
 
+/// The time constants of the real roots of the left half plane [s].
+std::vector<double> time_constants_s(const std::vector<Term>& terms) {
+  const ReducedPolynomial polynomial = reduced(terms);
+  std::vector<double> found;
+  if (polynomial.terms.size() < 2) return found;
+  for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
+    if (root.real() < 0.0 && std::abs(root.imag()) < kReal * std::abs(root)) found.push_back(-1.0 / root.real());
+  }
+  return found;
+}
+
 }  // namespace
+
+std::optional<PoleAndZero> cancelling_pair(const Model& model) {
+  constexpr double kNearly = 1.25;  // of two time constants, the greater over the less
+  const TransferFunction& g = model.transfer_function;
+  if (model.grey_box || !has_whole_orders(g.numerator) || !has_whole_orders(g.denominator)) return {};
+  std::optional<PoleAndZero> found;
+  double least = kNearly;
+  for (const double pole_s : time_constants_s(g.denominator)) {
+    for (const double zero_s : time_constants_s(g.numerator)) {
+      const double ratio = std::max(pole_s / zero_s, zero_s / pole_s);
+      if (ratio > least) continue;
+      least = ratio;
+      found = PoleAndZero{pole_s, zero_s};
+    }
+  }
+  return found;
+}
 
 std::optional<double> slow_pair_over_record(const Model& model) {
   const TransferFunction& g = model.transfer_function;

@@ -13,6 +13,16 @@ namespace eha::ident {
 /// estimating part is not known. Cost: the roots of two polynomials.
 [[nodiscard]] std::optional<double> slow_pair_over_record(const Model& model);
 
+/// Time constants of a real pole and a real zero of the left half plane.
+struct PoleAndZero {
+  double pole_s = 0.0;
+  double zero_s = 0.0;
+};
+
+/// The pole and zero of a model of integer order that come nearest to cancelling; none where no two time constants
+/// differ by at most a quarter. Cost: the roots of two polynomials.
+[[nodiscard]] std::optional<PoleAndZero> cancelling_pair(const Model& model);
+
 /// Whether the verdict of a model says so: it is recommended, and simulated with, only where no other one is accepted.
 [[nodiscard]] bool takes_in_a_drift(const Model& model);
 

@@ -177,6 +177,16 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   }
 }
 
+/// Compares the error on the unseen part with what the estimating one promises.
+void judge_unseen_part(const Model& model, Judgement& judgement) {
+  if (!model.validation || !model.estimation || !(model.estimation->score.mse > 0.0)) return;
+  const Score& unseen = model.validation->score;
+  if (unseen.fit_percent >= kCloseFit_percent) return;
+  const double ratio = std::sqrt(unseen.mse / model.estimation->score.mse);
+  judgement.criterion(Kind::error_over_estimating, ratio, kGreatestErrorOverEstimating,
+                      ratio <= kGreatestErrorOverEstimating);
+}
+
 /// Compares the input with the parameters of G that it was to determine.
 void judge_excitation(const Model& model, Judgement& judgement) {
   if (!model.validation || !model.validation->excitation_order) return;
@@ -258,6 +268,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
     judgement.criterion(Kind::error_over_refit, *facts.error_over_refit, kGreatestErrorOverRefit,
                         *facts.error_over_refit <= kGreatestErrorOverRefit);
   }
+  if (facts.holds_both_parts) judge_unseen_part(model, judgement);
   judge_stability(model, limits, judgement);
   judge_slow_pair(model, judgement);
   judge_parameters(model, judgement);

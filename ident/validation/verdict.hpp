@@ -26,6 +26,9 @@ inline constexpr double kFarErrorOverNoise = 10.0;
 /// than this many times the refit's, is of another plant, whatever its R2.
 inline constexpr double kGreatestErrorOverRefit = 1.5;
 
+/// An error on unseen data above this many times the estimating one lowers the grade, unless the fit there is 95 %.
+inline constexpr double kGreatestErrorOverEstimating = 3.0;
+
 /// A difference of AR-BIC from which on one model describes the record clearly better than another; "very strong" in
 /// Kass and Raftery, JASA 90 (1995).
 inline constexpr double kClearGain = 10.0;
@@ -47,6 +50,7 @@ struct RecordFacts {
   /// On a record that the model has not seen, the rms error over that of the structure fitted to it; none where no
   /// parameter differs.
   std::optional<double> error_over_refit = {};
+  bool holds_both_parts = false;    ///< one part of it estimated the model, the other one validates it
   bool beside_ladder = false;       ///< every structure of the ladder is fitted to it too
   bool judging_part_rests = false;  ///< as in Verdict
   /// The recommended model of the same samples, where it is another one.
@@ -71,7 +75,8 @@ struct RecordFacts {
 /// no jump of the error, an AR-BIC at most kClearGain above that of the recommended model, no nonlinear effect in it
 /// (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a fresh input of at most 5 %,
 /// no stay at an end stop and at most 1 % of samples at which the output is at its limit and the model is not, a
-/// validating error (rms) of at most kGreatestErrorOverNoise times the noise, at most 5 % of the validating samples
+/// validating error (rms) of at most kGreatestErrorOverNoise times the noise and, unless the fit is 95 %, of at most
+/// kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating samples
 /// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G. A
 /// criterion that a short record does not determine is not judged, and the model is usable: the residual tests that
 /// pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
@@ -118,8 +123,8 @@ inline constexpr double kAsWell = 1.5;
 
 /// The verdict in one word for tables: its grade, but for an accepted model that the recommended one outdoes clearly
 /// (CriterionKind::above_recommended) kOutdone, and for a rejected model that is wrong in nothing and describes the
-/// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end, else
-/// kNotNeeded: the record hardly determines parameters, or shows that it does without them.
+/// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end or no
+/// model is recommended, else kNotNeeded: the record hardly determines parameters, or shows that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
 
 /// What a word of verdict_word() means that is not a grade; empty for a grade.

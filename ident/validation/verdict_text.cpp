@@ -78,7 +78,7 @@ class Reasons {
     const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
       return c.kind == Kind::error_over_refit && has_failed(c);
     });
-    about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error});
+    about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error, Kind::error_over_estimating});
     // What the residual of another plant's model shows says nothing about this one.
     if (!is_of_another_plant) {
       about({Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity, Kind::future_input,
@@ -100,6 +100,7 @@ class Reasons {
     about({Kind::stability_margin, Kind::excitation_order, Kind::order_error, Kind::left_out,
            Kind::coefficient_interval, Kind::gain_ratio});
     note_wide_intervals();
+    note_cancelling_pair();
     std::vector<std::string> all;
     const bool is_off = fails_any(verdict_, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
                                              Kind::predicted_error, Kind::residual_drift, Kind::interpolated}) ||
@@ -282,6 +283,16 @@ class Reasons {
             "fitted to this record, more than {:.3g}, and parameters differ; `eha compare` with both names them; fit a "
             "new model.",
             c.value, c.limit);
+      case Kind::error_over_estimating: {
+        // A fit that is too low to accept says as much.
+        if (!model_.validation || fails_any(verdict_, {Kind::r2})) return {};
+        const double error = std::sqrt(model_.validation->score.mse);
+        return fmt::format(
+            "The model errs more on unseen data than where it was estimated: {} (rms) there, {:.2g} times the {} here, "
+            "more than {:.3g}; record longer, and hold the model against another record (eha validate) before it is "
+            "relied on.",
+            error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit);
+      }
       case Kind::stability_margin:
         return unstable(c);
       case Kind::excitation_order:
@@ -567,6 +578,18 @@ class Reasons {
                       p.name, p.value, interval_text(p)));
     }
   }
+
+  void note_cancelling_pair() {
+    const auto pair = cancelling_pair(model_);
+    if (!pair || !rejections_.empty() || takes_a_drift()) return;
+    const double most = std::max(pair->pole_s / pair->zero_s, pair->zero_s / pair->pole_s) - 1.0;
+    notes_.push_back(fmt::format(
+        "A pole and a zero nearly cancel: T = {:.3g} s and TD = {:.3g} s together change the response by at "
+        "most {:.2g} %; take them for a small correction of the fit, not for time constants of the rig.",
+        pair->pole_s, pair->zero_s, 100.0 * most));
+  }
+
+  [[nodiscard]] bool takes_a_drift() const { return fails_any(verdict_, {Kind::slow_pair}); }
 
   [[nodiscard]] const ParameterEstimate* find(const std::string& name) const {
     const auto at = std::find_if(model_.parameters.begin(), model_.parameters.end(),

@@ -77,7 +77,9 @@ std::string_view verdict_word(const Verdict& verdict) {
                             });
     return is_outdone ? kOutdone : text(verdict.grade);
   }
-  return std::any_of(all.begin(), all.end(), is_unbounded) ? kNotDetermined : kNotNeeded;
+  // Without a recommended model to do as well, none is needless.
+  const bool is_needless = verdict.error_over_recommended && std::none_of(all.begin(), all.end(), is_unbounded);
+  return is_needless ? kNotNeeded : kNotDetermined;
 }
 
 std::string_view meaning_of(std::string_view verdict_word) {
@@ -85,7 +87,7 @@ std::string_view meaning_of(std::string_view verdict_word) {
     return "describes the record as well as the recommended model, with a parameter more than the record shows";
   }
   if (verdict_word == kNotDetermined) {
-    return "describes the record, which determines a combination of its parameters, not each of them";
+    return "describes the record, which does not determine each of its parameters";
   }
   if (verdict_word == kOutdone) {
     return "no check rejects it, but error and number of parameters together speak clearly for the recommended model";

@@ -199,6 +199,7 @@ ident::Model rejected_for(const std::string& name, ident::CriterionKind kind) {
 TEST(ShortReport, BeginsWithTheRecommendedModelAndCallsNoModelWrongThatIsNot) {
   Answer answer = answer_with("");
   answer.models.insert(answer.models.begin(), rejected_for("bigger", ident::CriterionKind::coefficient_interval));
+  answer.models.front().verdict->error_over_recommended = 1.1;
   answer.models.insert(answer.models.begin(), rejected_for("wrong", ident::CriterionKind::r2));
   const std::string text = short_report(answer, {});
   const std::size_t table = text.find("\nmodel ");

@@ -59,7 +59,7 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
 TEST(Verdict, CallsAModelSuperfluousOnlyWhereItDescribesTheRecordAsWell) {
   Model model = identified_model();
   model.parameters[0].lower95 = 0.0;
-  EXPECT_EQ(judge(model, {}).word, kNotNeeded) << "nothing to compare with";
+  EXPECT_EQ(judge(model, {}).word, kNotDetermined) << "no recommended model does as well";
   const Verdict as_well = judge(model, {}, {.error_over_recommended = 1.4});
   EXPECT_EQ(as_well.word, kNotNeeded);
   EXPECT_EQ(as_well.word, verdict_word(as_well));

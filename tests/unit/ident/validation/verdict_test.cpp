@@ -97,6 +97,40 @@ TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
 }
 
+TEST(Verdict, LowersWhatErrsFarMoreOnUnseenDataThanWhereItWasEstimated) {
+  Model model = good_model();
+  model.estimation->score.mse = 0.0001;
+  model.validation->score.mse = 0.0049;
+  const Verdict verdict = judge(model, {}, {.holds_both_parts = true});
+  EXPECT_EQ(verdict.grade, Grade::usable);
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_EQ(verdict.reasons.front(),
+            "The model errs more on unseen data than where it was estimated: 0.07 in (rms) there, 7 times the 0.01 in "
+            "here, more than 3; record longer, and hold the model against another record (eha validate) before it is "
+            "relied on.");
+  EXPECT_EQ(judge(model, {}).grade, Grade::good) << "another record may move as much more";
+  model.validation->score.fit_percent = 95.0;
+  EXPECT_EQ(judge(model, {}, {.holds_both_parts = true}).grade, Grade::good) << "a small error is no matter";
+  model.validation->score.fit_percent = 88.0;
+  model.validation->score.mse = 0.0008;
+  EXPECT_EQ(judge(model, {}, {.holds_both_parts = true}).grade, Grade::good);
+}
+
+TEST(Verdict, NotesAPoleAndAZeroThatNearlyCancel) {
+  Model model = good_model();
+  // (0.17 s + 1) / (s (0.156 s + 1) (0.01 s + 1))
+  model.transfer_function = {{{0.17, 1.0}, {1.0, 0.0}}, {{0.00156, 3.0}, {0.166, 2.0}, {1.0, 1.0}}, 0.0};
+  model.stability = stability_beside_integrator(model.transfer_function);
+  const Verdict verdict = judge(model, {});
+  EXPECT_EQ(verdict.grade, Grade::good) << "a note";
+  ASSERT_EQ(verdict.reasons.size(), 1U);
+  EXPECT_EQ(verdict.reasons.front(),
+            "A pole and a zero nearly cancel: T = 0.156 s and TD = 0.17 s together change the response by at most 9 %; "
+            "take them for a small correction of the fit, not for time constants of the rig.");
+  model.transfer_function.numerator.front().coefficient = 0.3;
+  EXPECT_TRUE(judge(model, {}).reasons.empty());
+}
+
 TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
   Model model = good_model();
   model.estimation->converged = false;
