@@ -45,10 +45,13 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   add_measured(rows, sheet, "dead_band_V", "half dead band", "V", 1.0);
   add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
   add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
+  const std::string speed_unit = unit.of("in/s");
+  add_measured(rows, sheet, "creep_in_per_s", "speed within the dead band (leak)", speed_unit.c_str(),
+               unit.factor("in/s"));
   return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows) +
          report::paragraph(
              "These numbers of the valve count: rig file and controller have them. Null and dead band in the model's "
-             "equation are of a fit, which dry friction shifts by some hundredths of a volt.");
+             "equation are of a fit, which friction and leakage shift.");
 }
 
 /// Returns the ticks of a run as time [s].

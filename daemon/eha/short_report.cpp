@@ -24,6 +24,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/slow_pair.hpp"
@@ -161,6 +162,12 @@ std::string map_text(const Model& model) {
   std::string text;
   for (const ident::ParameterEstimate& p : model.parameters) {
     if (!ident::is_of_map(p.role) || p.fixed) continue;
+    if (&p == ident::unfound_dead_band(model)) {
+      // A half width beside a value that is greater would say that one is found.
+      text += fmt::format("{}no {} is found ({}{})", text.empty() ? "" : "; ", p.name, ident::interval_text(p),
+                          ident::after_number(ident::unit_of(p, model)));
+      continue;
+    }
     const double half_width = 0.5 * (p.upper95 - p.lower95);
     const bool is_known = half_width > 0.0 && std::isfinite(half_width);
     text += fmt::format("{}{} {}{}", text.empty() ? "" : "; ", p.name,

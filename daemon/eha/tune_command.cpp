@@ -334,6 +334,11 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
     plant = plant_sentences(command, model, rig, inputs, rig_file);
+    if (command.sheet_run) {
+      const std::string leak =
+          sheet::promise_with_leak(sheet::sheet_of_run(*command.sheet_run).sheet, inputs.task.unit);
+      if (!leak.empty()) plant.insert(plant.begin(), leak);
+    }
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
     // A model that no cylinder is has a reason of its own for which every feedback fails on the trials' cylinders.

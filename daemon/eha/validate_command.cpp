@@ -57,8 +57,9 @@ struct ValidateCommand {
 };
 
 std::string score_line(const char* what, const ident::Score& score, const ident::Model& model) {
-  return fmt::format("  {:<20} R2 {:.2f} %  fit {:.2f} %  MSE {:.3g} {}^2  error {} .. {}\n", what, score.r2_percent,
-                     score.fit_percent, score.mse, model.output_unit, ident::error_figure(score.error_min),
+  return fmt::format("  {:<20} R2 {} %  fit {} %  MSE {:.3g} {}^2  error {} .. {}\n", what,
+                     ident::percent_text(score.r2_percent), ident::percent_text(score.fit_percent, 1), score.mse,
+                     model.output_unit, ident::error_figure(score.error_min),
                      ident::error_text(score.error_max, model.output_unit));
 }
 

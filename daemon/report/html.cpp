@@ -51,6 +51,9 @@ std::string fraction(const std::string& above, const std::string& below) {
 std::string estimate_or(const Model& model, ident::ParameterRole role, double value) {
   const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
                                [&](const ParameterEstimate& parameter) { return parameter.role == role; });
+  if (at != model.parameters.end() && &*at == ident::unfound_dead_band(model)) {
+    return fmt::format("not found, {}", ident::interval_text(*at));
+  }
   return at == model.parameters.end() ? fmt::format("{:.4g}", value)
                                       : ident::with_interval(*at, ident::half_width_sign(model, "±"));
 }

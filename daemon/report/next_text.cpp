@@ -5,8 +5,10 @@
 
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
+#include "ident/estimation/fit_rows.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
@@ -64,11 +66,25 @@ std::string folder_word(const Subject& subject) {
 }
 
 std::string fit_of_part(const Subject& subject) {
-  const ordered_json& discard_s = subject.part("experiment", "record", "discard_s");
-  const double length_s =
-      subject.record ? static_cast<double>(subject.record->output.size()) * subject.record->step_s : 0.0;
-  const bool is_discarded = discard_s.is_number() && discard_s.get<double>() >= length_s;
-  return "eha fit " + folder_word(subject) + (is_discarded ? " --discard 0" : "");
+  if (!subject.record || subject.is_constant()) return {};
+  const ordered_json& record = subject.part("experiment", "record");
+  const auto number = [&](const char* key, double otherwise) {
+    const auto found = record.is_object() ? record.find(key) : record.end();
+    return record.is_object() && found != record.end() && found->is_number() ? found->get<double>() : otherwise;
+  };
+  ident::FitOptions options;
+  options.decimation = static_cast<int>(number("decimation", options.decimation));
+  options.split = number("split", options.split);
+  for (const double discard_s : {number("discard_s", 0.0), 0.0}) {
+    options.discard_s = discard_s;
+    try {
+      static_cast<void>(ident::fit_rows(*subject.record, options));
+      return "eha fit " + folder_word(subject) +
+             (discard_s > 0.0 || number("discard_s", 0.0) <= 0.0 ? "" : " --discard 0");
+    } catch (const DataError&) {  // too few rows are left
+    }
+  }
+  return {};
 }
 
 std::string next_steps(const Subject& subject, const ReportedModel& reported, bool has_changed) {
@@ -76,8 +92,12 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
   if (!reported.file.empty() && !subject.folder.empty()) file = subject.folder + "/" + file;
   file = on_one_line(shell_word(file));
   std::string text = "Next: ";
-  const std::string first = first_step(subject);
-  if (has_tripped(subject)) text += "correct what ended the run; ";
+  std::string first = first_step(subject);
+  if (has_tripped(subject)) {
+    text += "correct what ended the run; ";
+    constexpr std::string_view kFirst = "first ";
+    if (first.starts_with(kFirst)) first.replace(0, kFirst.size(), "then ");
+  }
   if (has_changed) {
     text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
   } else if (!first.empty()) {

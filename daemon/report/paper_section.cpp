@@ -46,7 +46,7 @@ std::string score_table(const std::vector<Model>& models) {
     if (!model.validation) continue;
     const ident::Score& score = model.validation->score;
     unit = model.output_unit;
-    rows.push_back({model.name, fmt::format("{:.2f}", score.r2_percent), fmt::format("{:.3g}", score.mse),
+    rows.push_back({model.name, ident::percent_text(score.r2_percent), fmt::format("{:.3g}", score.mse),
                     ident::error_figure(score.error_min), ident::error_figure(score.error_max),
                     !model.stability          ? "unknown"
                     : model.stability->stable ? "yes"
@@ -109,11 +109,14 @@ bool is_drawable(const identify::FitColumn& column) {
 std::string comparison(const Subject& subject, const Model& model) {
   for (const ReportedModel& reported : subject.models) {
     if (reported.model.name == model.name && reported.model.validation && model.validation) {
-      return fmt::format("{}: R2 {:.2f} % by the paper's procedure, {:.2f} % by the default one. ", model.name,
-                         model.validation->score.r2_percent, reported.model.validation->score.r2_percent);
+      return fmt::format("{}: R2 {} % by the paper's procedure, {} % by the default one. ", model.name,
+                         ident::percent_text(model.validation->score.r2_percent),
+                         ident::percent_text(reported.model.validation->score.r2_percent));
     }
   }
-  return model.validation ? fmt::format("{}: R2 {:.2f} %. ", model.name, model.validation->score.r2_percent) : "";
+  return model.validation
+             ? fmt::format("{}: R2 {} %. ", model.name, ident::percent_text(model.validation->score.r2_percent))
+             : "";
 }
 
 double range_of(const std::vector<double>& values) {

@@ -189,8 +189,7 @@ Item of_record(const Subject& subject) {
                           ? "See `eha track` with this folder, correct what ended the trial, and try again."
                       : outcome.is_string() && record::is_whole(outcome.get<std::string>())
                           ? "Fit it with `eha fit`."
-                          : "Correct what ended the run and record again. `eha fit` fits what was recorded until then, "
-                            "if it is enough.";
+                          : "Correct what ended the run and record again.";
   return item;
 }
 

@@ -28,10 +28,9 @@ bool has_dead_band(const ident::Model& model) {
 
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   if (!has_dead_band(model)) {
-    return {.seen = fmt::format("No dead band is found: the interval of {:.3g} {} holds 0.", model.input_map->dead_band,
-                                model.input_unit),
+    return {.seen = "The record shows no dead band: its interval holds 0.",
             .good = "For a valve: a dead band that is known, or none.",
-            .to_do = "Nothing. The model without the valve map says as much."};
+            .to_do = "As the box above says."};
   }
   const std::vector<double>& input = subject.fit.applied;
   const ident::ValveMap& map = *model.input_map;

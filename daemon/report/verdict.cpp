@@ -52,7 +52,7 @@ std::string scores_sentence(const Model& model) {
   const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
   return fmt::format(
       "Fit {} %, R2 {} % {} (100 % is perfect; a record that moves far gives a high R2 to a poor model too).",
-      ident::percent_text(score.fit_percent), ident::percent_text(score.r2_percent),
+      ident::percent_text(score.fit_percent, 1), ident::percent_text(score.r2_percent),
       unseen != nullptr ? "on unseen samples" : "on the samples that estimated it");
 }
 
@@ -117,8 +117,12 @@ std::string short_note(const ident::Criterion& criterion) {
 std::string short_notes(const ident::Verdict& verdict) {
   constexpr std::size_t kMost = 3;
   std::vector<std::string> words;
+  // The measured noise shows what a missing part of the plant leaves, whatever the test is too weak for.
+  const bool misses_a_part =
+      fails_any(verdict, {ident::CriterionKind::error_over_noise, ident::CriterionKind::far_error_over_noise});
   for (const ident::Criterion& criterion : verdict.criteria) {
-    if (!criterion.passed) words.push_back(short_note(criterion));
+    const bool is_known = misses_a_part && !criterion.judged && criterion.kind == ident::CriterionKind::residual_input;
+    if (!criterion.passed && !is_known) words.push_back(short_note(criterion));
   }
   const std::size_t more = words.size() > kMost ? words.size() - kMost : 0;
   words.resize(std::min(words.size(), kMost));
@@ -129,6 +133,7 @@ std::string short_notes(const ident::Verdict& verdict) {
 std::string criterion_value(const ident::Criterion& criterion, double value) {
   constexpr double kLeastProbability = 1e-4;
   if (!std::isfinite(value)) return "-";
+  if (criterion.kind == ident::CriterionKind::r2) return ident::percent_text(value);
   if (name_of(criterion).ends_with("_p")) {
     return value < kLeastProbability ? "< 0.0001" : fmt::format("{:.2g}", value);
   }
@@ -139,8 +144,16 @@ std::string box(const char* kind, const std::string& heading, const std::string&
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
+/// The note on a map that shows no dead band, as a sentence.
+std::string map_sentence(const Model& model) {
+  std::string note = ident::map_note(model) + ".";
+  note.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(note.front())));
+  return note;
+}
+
 /// What to know of a map in whose dead band the rod moves; empty for another map. @param sheet  null: none is known
 std::string caution_of_map(const Model& model, const SheetComparison* sheet) {
+  if (ident::unfound_dead_band(model) != nullptr) return paragraph(map_sentence(model));
   const std::optional<double> shift = model.input_map ? ident::map_shift(model) : std::nullopt;
   if (!shift) return {};
   const std::string moves =
@@ -161,8 +174,10 @@ std::string in_figures(const Model& model) {
   std::string text = form;
   if (model.input_map) {
     const std::string unit = ident::after_number(model.input_unit);
-    text += fmt::format("; behind a valve with null {:.3f}{} and half dead band {:.3f}{}", model.input_map->null, unit,
-                        model.input_map->dead_band, unit);
+    text += fmt::format("; behind a valve with null {:.3f}{}", model.input_map->null, unit);
+    if (ident::unfound_dead_band(model) == nullptr) {
+      text += fmt::format(" and half dead band {:.3f}{}", model.input_map->dead_band, unit);
+    }
   }
   return paragraph(text + ".");
 }
@@ -248,9 +263,11 @@ std::string without_models(const Subject& subject) {
       : !subject.record || subject.record->output.size() == 0
           ? "The run ended before its first row: there is nothing to fit or to draw. Correct what ended it and record "
             "again."
+      : fit_of_part(subject).empty()
+          ? "Next: correct what ended the run and record again. The part before, shown below, is too short to fit."
           : fmt::format(
-                "Correct what ended the run and record again. Only completed runs are fitted automatically: the "
-                "partial record is shown below; `{}` fits it, if it is enough.",
+                "Next: correct what ended the run and record again. Only completed runs are fitted automatically; "
+                "`{}` fits the part before, which is shown below.",
                 fit_of_part(subject)));
   if (is_trial) {
     const std::string when = subject.trip_s() ? fmt::format(" at {} s", time_text(*subject.trip_s())) : std::string();
@@ -261,6 +278,12 @@ std::string without_models(const Subject& subject) {
     return box("none",
                outcome == "faulted" ? fmt::format("The trial tripped{}: the promise is not kept", when)
                                     : std::string("The trial did not end"),
+               html);
+  }
+  if (has_tripped(subject)) {
+    return box("none",
+               subject.trip_s() ? fmt::format("The run tripped at {} s: no model", time_text(*subject.trip_s()))
+                                : std::string("The run tripped: no model"),
                html);
   }
   return box("none",
@@ -349,45 +372,42 @@ Section models_section(const Subject& subject) {
   Section section{.title = "Models"};
   if (subject.models.empty()) return section;
   std::vector<std::vector<std::string>> rows;
-  const auto number = [](const char* format, double value) {
-    return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : std::string("-");
-  };
-  const auto percent = [](double value) {
-    return std::isfinite(value) ? ident::percent_text(value) : std::string("-");
+  std::vector<std::vector<std::string>> more;
+  const auto percent = [](double value, int decimals) {
+    return std::isfinite(value) ? ident::percent_text(value, decimals) : std::string("-");
   };
   for (const ReportedModel& reported : subject.models) {
     const Model& model = reported.model;
     const ident::Score* unseen = unseen_score(model);
+    rows.push_back({model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
+                    unseen != nullptr ? percent(unseen->fit_percent, 1) : "-",
+                    unseen != nullptr ? percent(unseen->r2_percent, 2) : "-",
+                    unseen != nullptr
+                        ? ident::error_figure(std::max(std::abs(unseen->error_min), std::abs(unseen->error_max)))
+                        : "-",
+                    model.verdict ? short_notes(*model.verdict) : ""});
     const bool has_criterion = model.estimation && model.estimation->information;
-    rows.push_back(
-        {model.name, model.verdict ? std::string(ident::verdict_word(*model.verdict)) : "not judged",
-         model.estimation ? percent(model.estimation->score.r2_percent) : "-",
-         unseen != nullptr ? percent(unseen->r2_percent) : "-", unseen != nullptr ? percent(unseen->fit_percent) : "-",
-         unseen != nullptr ? ident::error_figure(std::max(std::abs(unseen->error_min), std::abs(unseen->error_max)))
-                           : "-",
-         has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
-         has_criterion ? number("{:.1f}", model.estimation->information->ar_bic) : "-",
-         !model.stability          ? "unknown"
-         : model.stability->stable ? "yes"
-                                   : "no",
-         model.verdict ? short_notes(*model.verdict) : ""});
+    const double ar_bic = has_criterion ? model.estimation->information->ar_bic : std::nan("");
+    more.push_back({model.name, model.estimation ? percent(model.estimation->score.r2_percent, 2) : "-",
+                    has_criterion ? fmt::format("{}", model.estimation->information->parameters) : "-",
+                    std::isfinite(ar_bic) ? fmt::format("{:.1f}", ar_bic) : "-",
+                    !model.stability          ? "unknown"
+                    : model.stability->stable ? "yes"
+                                              : "no"});
   }
   const std::string unit = subject.models.front().model.output_unit;
   Item overview{.heading = ""};
   overview.html = table({{"model"},
                          {"grade"},
-                         {"R2 %, estimating part", Column::number},
-                         {"R2 %, unseen part", Column::number},
-                         {"fit %, unseen part", Column::number},
-                         {"largest error, unseen part [" + unit + "]", Column::number},
-                         {"parameters", Column::number},
-                         {"AR-BIC", Column::number},
-                         {"stable"},
+                         {"fit %", Column::number},
+                         {"R2 %", Column::number},
+                         {"largest error [" + unit + "]", Column::number},
                          {"notes", Column::wide_text}},
                         rows);
   overview.html += paragraph(
-      "R2 and fit are 100 % for a perfect model. AR-BIC weighs error against number of parameters; lower is better, "
-      "and a difference of 10 is clear. Notes: what a model fails in or is not judged in.");
+      "Fit, R2 and error are of the unseen part; fit and R2 are 100 % for a perfect model. Notes: what a model fails "
+      "in "
+      "or is not judged in.");
   if (const auto pictured = subject.pictured(); pictured.size() < subject.models.size()) {
     const std::string shown =
         pictured.size() == 1
@@ -409,6 +429,16 @@ Section models_section(const Subject& subject) {
     overview.html += paragraph(sentence);
   }
   section.items.push_back(std::move(overview));
+  Item choice{.heading = "Estimating part, parameters and AR-BIC of every model", .folded = true};
+  choice.html =
+      table({{"model"},
+             {"R2 %, estimating part", Column::number},
+             {"parameters", Column::number},
+             {"AR-BIC", Column::number},
+             {"stable"}},
+            more) +
+      paragraph("AR-BIC weighs error against number of parameters; lower is better, and a difference of 10 is clear.");
+  section.items.push_back(std::move(choice));
   const Model& first = subject.models.front().model;
   if (!first.verdict || first.verdict->criteria.empty()) return section;
   Item checks{.heading = "Every check of " + first.name, .folded = true};

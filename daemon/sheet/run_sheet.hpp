@@ -55,6 +55,9 @@ struct SheetRow {
 /// Empty: none.
 [[nodiscard]] std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit);
 
+/// What a leak means for a controller's promise, in sentences; empty without a leak.
+[[nodiscard]] std::string promise_with_leak(const ident::ValveSheet& sheet, const DisplayUnit& unit);
+
 /// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
 [[nodiscard]] std::string warning_of(const RunSheet& run, const DisplayUnit& unit);
 

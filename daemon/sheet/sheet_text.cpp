@@ -92,6 +92,15 @@ std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit) {
       unit.factor("in") * std::abs(creep_in_per_s), unit.of("in"), std::abs(creep_in_per_s) / gain);
 }
 
+std::string promise_with_leak(const ident::ValveSheet& sheet, const DisplayUnit& unit) {
+  const std::string leak = leak_of(sheet, unit);
+  if (leak.empty()) return {};
+  return fmt::format(
+      "By the valve sheet {}. That moves null and dead band of the moving rod, and the promise may not be kept: repair "
+      "the leak, then `eha characterise` and `eha tune`.",
+      leak);
+}
+
 std::string warning_of(const RunSheet& run, const DisplayUnit& unit) {
   std::string text = leak_of(run.sheet, unit);
   if (!text.empty()) text += "; repair the leak and measure again";

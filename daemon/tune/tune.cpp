@@ -140,13 +140,15 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
     lines.push_back(
         task.valve_of == ValveOrigin::following
             ? following_remark(plant)
-            : fmt::format("The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} "
-                          "and {:.3f} V; the sheet "
-                          "applies, for [following] too. {}",
-                          plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
-                          task.is_one_valve ? "A model's numbers are of a fit: dry friction and the structure "
-                                              "shift them by some hundredths of a volt."
-                                            : "Did the valve change between the two?"));
+            : fmt::format(
+                  "The valve sheet has null {:.3f} V and half dead band {:.3f} V, the model {:.3f} and {:.3f} V, "
+                  "{:.3f} and {:.3f} V away; the sheet applies, for [following] too. {}",
+                  plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band,
+                  std::abs(plant.replaced->null - plant.valve.null),
+                  std::abs(plant.replaced->dead_band - plant.valve.dead_band),
+                  task.is_one_valve
+                      ? "A model's numbers are of a fit, which a leak, dry friction and the structure shift."
+                      : "Did the valve change between the two?"));
   }
   if (d.settings.feedback.ki > 0.0) {
     lines.push_back(

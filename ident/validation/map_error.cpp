@@ -11,6 +11,7 @@
 #include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/signal/autoregression.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -113,7 +114,21 @@ std::optional<double> map_shift(const Model& model) {
   return is_doubtful(model, shift) ? std::optional(shift) : std::nullopt;
 }
 
+const ParameterEstimate* unfound_dead_band(const Model& model) {
+  if (!model.input_map) return nullptr;
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.role == ParameterRole::dead_band) return p.fixed || p.lower95 > 0.0 ? nullptr : &p;
+  }
+  return nullptr;
+}
+
 std::string map_note(const Model& model) {
+  if (const ParameterEstimate* p = unfound_dead_band(model)) {
+    return fmt::format(
+        "the record shows no dead band: the 95 % interval of half of it is {}; a controller takes null and dead band "
+        "from the valve sheet (eha characterise)",
+        interval_text(*p) + after_number(model.input_unit));
+  }
   if (model.input_map && is_one_way(*model.input_map)) {
     const bool is_up = std::abs(model.input_map->negative_gain_ratio) < 1.0;
     return fmt::format(

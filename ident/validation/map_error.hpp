@@ -35,8 +35,13 @@ inline constexpr double kShiftOverMapError = 2.0;
 /// by less.
 inline constexpr double kNotedShift_V = 0.03;
 
+/// The half dead band that a record leaves open, as its interval holds 0; null where one is found or held, and without
+/// a map.
+[[nodiscard]] const ParameterEstimate* unfound_dead_band(const Model& model);
+
 /// What the error of a model's map means: that the rod moves within the dead band, and by how much null and half dead
-/// band of the fit may be off the valve's; or that the map is one-way. No capital and no point. Empty where the map
+/// band of the fit may be off the valve's; or that the map is one-way. Of a dead band that is not found nothing
+/// else. No capital and no point. Empty where the map
 /// fits: for a shift of at most kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
 [[nodiscard]] std::string map_note(const Model& model);
 

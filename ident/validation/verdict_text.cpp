@@ -174,17 +174,17 @@ class Reasons {
         if (cause_ == ErrorCause::drift && wanders(model_, verdict_)) return wandering(c);
         if (model_.grey_box && c.value < kHardlyFollows_percent) {
           return fmt::format(
-              "This structure does not follow the record: the {} R2 of {:.2g} % is below the limit of {:.4g} %; "
+              "This structure does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; "
               "fit the ladder, which may (eha fit without --model).",
-              c.parameter, c.value, c.limit);
+              c.parameter, percent_text(c.value), c.limit);
         }
         if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
             cause_ != ErrorCause::jump) {
           return fmt::format(
-              "The output hardly answers to the input: the {} R2 of {:.2g} % is below the limit of {:.4g} %; were "
+              "The output hardly answers to the input: the {} R2 of {} % is below the limit of {:.4g} %; were "
               "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
               "--output)? Look at the record (eha plot).",
-              c.parameter, c.value, c.limit);
+              c.parameter, percent_text(c.value), c.limit);
         }
         return low_r2(c);
       case Kind::max_abs_error:
@@ -347,26 +347,25 @@ class Reasons {
   /// The same of a slow part of the error alone.
   [[nodiscard]] std::string wandering(const Criterion& c) const {
     return fmt::format(
-        "The output wanders, whatever the input does: the model follows its faster motion, R2 {:.4g} %, and all of it "
-        "to {} R2 {:.4g} %, below the limit of {:.4g} %; the sensor, the null or the oil's temperature may have "
+        "The output wanders, whatever the input does: the model follows its faster motion, R2 {} %, and all of it "
+        "to {} R2 {} %, below the limit of {:.4g} %; the sensor, the null or the oil's temperature may have "
         "drifted: check the sensor and its supply, and record again, or fit a part in which it hardly wanders "
         "(--from, --to).",
-        *model_.validation->faster_r2_percent, c.parameter, c.value, c.limit);
+        percent_text(*model_.validation->faster_r2_percent), c.parameter, percent_text(c.value), c.limit);
   }
 
   /// Why R2 is low, by the cause of the error.
   [[nodiscard]] std::string low_r2(const Criterion& c) const {
     if (cause_ == ErrorCause::white_noise) {
       return fmt::format(
-          "What is left is plain noise of {} rms, in which the input has no part: the {} R2 of {:.4g} % is "
-          "below "
-          "the limit of {:.4g} %; {}.",
-          error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, c.value, c.limit,
-          kAgainstNoise);
+          "What is left is plain noise of {} rms, in which the input has no part: the {} R2 of {} % is "
+          "below the limit of {:.4g} %; {}.",
+          error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, percent_text(c.value),
+          c.limit, kAgainstNoise);
     }
     const bool is_named = cause_ == ErrorCause::frozen || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
-    return fmt::format("The model does not follow the record: the {} R2 of {:.4g} % is below the limit of {:.4g} %; {}",
-                       c.parameter, c.value, c.limit,
+    return fmt::format("The model does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; {}",
+                       c.parameter, percent_text(c.value), c.limit,
                        is_named ? "cut as said above, and fit again."
                        : c.value < kHardlyFollows_percent
                            ? "look at the record: did the output move because of this input (volts beyond "
@@ -435,6 +434,10 @@ class Reasons {
   }
 
   [[nodiscard]] std::string not_judged(const Criterion& c) const {
+    // The measured noise shows it already.
+    if (c.kind == Kind::residual_input && fails_any(verdict_, {Kind::error_over_noise, Kind::far_error_over_noise})) {
+      return {};
+    }
     if (!model_.validation) return {};
     const std::size_t samples = model_.validation->score.samples;
     if (c.kind == Kind::residual_input && std::isnan(c.value)) {
@@ -460,7 +463,7 @@ class Reasons {
     }
     if (c.kind == Kind::predicted_error && model_.validation->tests && model_.validation->tests->error) {
       return fmt::format(
-          "Not judged whether the error is noise: on a fresh input of the same kind the model is off by {:.2g} to "
+          "Not judged how exact the model is: on a fresh input of the same kind it is off by {:.2g} to "
           "{:.2g} % of the output's standard deviation; play more repetitions, which tell noise from error.",
           model_.validation->tests->error->lower, c.value);
     }
@@ -470,7 +473,8 @@ class Reasons {
                          levels_text(*model_.validation->input_levels, model_.input_unit));
     }
     if (c.kind == Kind::error_over_noise) {
-      return "Not judged whether the error is noise: the record holds too few periods of its excitation, less than "
+      return "Not judged how far the error lies above the noise: the record holds too few periods of its excitation, "
+             "less than "
              "2 behind the discarded time, to measure the noise from; play more repetitions.";
     }
     return {};
@@ -551,7 +555,8 @@ class Reasons {
     if (!(anew >= r2->limit)) return;
     const bool is_open = cause_ == ErrorCause::unknown;
     notes_.push_back(fmt::format(
-        "The error of the validation part is mostly an offset: with one estimated anew there R2 is {:.4g} %; {}.", anew,
+        "The error of the validation part is mostly an offset: with one estimated anew there R2 is {} %; {}.",
+        percent_text(anew),
         is_open ? "the sensor, the null or the oil's temperature may have drifted between the two parts: record when "
                   "the oil is warm, or shorter"
                 : "the cause named in the other notes may do that, too"));

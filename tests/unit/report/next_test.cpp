@@ -78,8 +78,24 @@ TEST(Next, HasWholeCommands) {
   (*ended.manifest)["experiment"]["record"]["discard_s"] = 10.0;
   ended.record.emplace();
   ended.record->step_s = 0.1;
-  ended.record->input = ended.record->output = Eigen::VectorXd::LinSpaced(30, 0.0, 1.0);
+  ended.record->input = ended.record->output = Eigen::VectorXd::LinSpaced(60, 0.0, 1.0);
   EXPECT_NE(box_of(ended).find("<code>eha fit /runs/run --discard 0</code>"), std::string::npos) << box_of(ended);
+}
+
+TEST(Next, OffersNoFitOfAPartThatIsTooShort) {
+  Subject subject{.name = "run", .folder = "/runs/run"};
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "faulted";
+  (*subject.manifest)["report"]["fault"]["at_s"] = 1.205;
+  (*subject.manifest)["experiment"]["record"] = {{"discard_s", 10.0}, {"decimation", 40}, {"split", 0.5}};
+  subject.record.emplace();
+  subject.record->step_s = 0.001;
+  subject.record->input = subject.record->output = Eigen::VectorXd::LinSpaced(1205, 0.0, 1.0);
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("<h2>The run tripped at 1.205 s: no model</h2>"), std::string::npos) << box;
+  EXPECT_NE(box.find("is too short to fit"), std::string::npos) << box;
+  EXPECT_NE(box.find("Next: correct what ended the run"), std::string::npos) << box;
+  EXPECT_EQ(page_of(subject).html.find("eha fit"), std::string::npos);
 }
 
 TEST(Next, SaysFirstThatTheRunTripped) {
@@ -89,6 +105,10 @@ TEST(Next, SaysFirstThatTheRunTripped) {
             std::string::npos)
       << box_of(subject);
   EXPECT_NE(box_of(subject).find("Next: correct what ended the run; "), std::string::npos);
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
+  EXPECT_NE(box_of(subject).find("correct what ended the run; then a longer record"), std::string::npos)
+      << box_of(subject);
   subject = run_of("faulted", ident::Grade::rejected);
   EXPECT_NE(box_of(subject).find("<h2>The run tripped; of the part before: no model can be used</h2>"),
             std::string::npos);

@@ -387,6 +387,18 @@ TEST(Page, DescribesTheOtherModelsAfterThePicturesOfTheFirst) {
   EXPECT_NE(html.find("&lt; 0.0001"), std::string::npos) << "a probability has no twenty digits";
 }
 
+TEST(Page, LeavesTheTableOfModelsRoomForItsNotes) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.models[0].model.verdict->criteria.front().value = 99.996;
+  const std::string html = page_of(subject).html;
+  const std::string shown =
+      html.substr(html.find("<h2>Models</h2>"), html.find("<summary>Estimating part") - html.find("<h2>Models</h2>"));
+  EXPECT_NE(shown.find(">90.0</td>"), std::string::npos) << "the fit as the terminal has it: " << shown;
+  EXPECT_EQ(shown.find("AR-BIC"), std::string::npos) << shown;
+  EXPECT_NE(html.find("<summary>Estimating part, parameters and AR-BIC of every model</summary>"), std::string::npos);
+  EXPECT_NE(html.find(">above 99.99</td>"), std::string::npos) << "of the check too";
+}
+
 TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
   Subject subject = subject_of("run", ident::Grade::good);
   subject.has_recommendation = true;

@@ -82,6 +82,8 @@ TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
   EXPECT_EQ(leak_of(run.sheet, DisplayUnit("in")).rfind(leak, 0), 0U) << leak_of(run.sheet, DisplayUnit("in"));
   EXPECT_EQ(leak_of(run.sheet, DisplayUnit("mm")).rfind("the rod creeps at 0.43 mm/s", 0), 0U);
   EXPECT_NE(warning_of(run, DisplayUnit("in")).find("repair the leak"), std::string::npos);
+  EXPECT_EQ(promise_with_leak(run.sheet, DisplayUnit("in")).rfind("By the valve sheet " + leak, 0), 0U);
+  EXPECT_NE(promise_with_leak(run.sheet, DisplayUnit("in")).find("the promise may not be kept"), std::string::npos);
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
   EXPECT_EQ(html.find("The rod stands from"), std::string::npos);
   EXPECT_NE(html.find("but " + leak), std::string::npos);

@@ -161,6 +161,11 @@ TEST(TuneInputs, TakeTheValveOfFollowingWhereTheErrorOfTheModelsMapMovedItsOwn) 
   EXPECT_TRUE(std::any_of(tuned.remarks.begin(), tuned.remarks.end(), [](const std::string& remark) {
     return remark.rfind("Null -0.200 V and half dead band 0.150 V are those of [following]", 0) == 0;
   })) << tuned.remarks.front();
+  inputs.task.valve_of = ValveOrigin::sheet;
+  const Tuned by_sheet = tune(inputs.plant, inputs.task);
+  EXPECT_TRUE(std::any_of(by_sheet.remarks.begin(), by_sheet.remarks.end(), [](const std::string& remark) {
+    return remark.find("the model -0.403 and 0.223 V, 0.203 and 0.073 V away;") != std::string::npos;
+  })) << by_sheet.remarks.front();
   model.input_map->null = -1.2;
   EXPECT_NEAR(tune_inputs(model, rig, {}).plant.valve.null, -1.2, 1e-9) << "the map's error does not explain that";
 }

@@ -93,6 +93,22 @@ TEST(MapNote, SaysFromWhichShiftOnNullAndDeadBandAreOff) {
   EXPECT_NE(map_note(model).find("may be up to 0.14 mA off"), std::string::npos) << map_note(model);
 }
 
+TEST(MapNote, SaysOfADeadBandThatIsNotFoundNothingElse) {
+  Model model;
+  model.input_unit = "V";
+  model.validation.emplace().map_error = 0.7;
+  model.input_map = ValveMap{.null = -0.165, .dead_band = 0.137, .negative_gain_ratio = 0.83};
+  model.parameters = {{"dead_band", 0.137, 0.07, 0.0, 0.27, false, ParameterRole::dead_band}};
+  ASSERT_NE(unfound_dead_band(model), nullptr);
+  EXPECT_EQ(
+      map_note(model),
+      "the record shows no dead band: the 95 % interval of half of it is 0 to 0.27 V; a controller takes null and "
+      "dead band from the valve sheet (eha characterise)");
+  model.parameters.front().lower95 = 0.01;
+  EXPECT_EQ(unfound_dead_band(model), nullptr);
+  EXPECT_NE(map_note(model).find("may be up to 1.4 V off"), std::string::npos) << map_note(model);
+}
+
 TEST(MapNote, KnowsOneEdgeOnlyOfAMapThatIsShutInOneDirection) {
   Model model;
   model.input_unit = "V";

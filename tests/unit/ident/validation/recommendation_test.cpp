@@ -302,7 +302,7 @@ TEST(Recommendation, TakesADeadTimeThatMayBeALagOnlyWhereItGainsTen) {
 TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   const Recommendation rejected = recommended({model_of("io", -100.0, Order::whole, Figures::bad_validation)});
   EXPECT_EQ(rejected.model, "");
-  EXPECT_NE(rejected.reason.find("validation R2 of 20 %"), std::string::npos) << rejected.reason;
+  EXPECT_NE(rejected.reason.find("validation R2 of 20.00 %"), std::string::npos) << rejected.reason;
   EXPECT_EQ(sentence(rejected).rfind("No model is recommended: ", 0), 0U);
   EXPECT_EQ(recommended({}).model, "");
 }

@@ -116,6 +116,20 @@ TEST(Verdict, LowersWhatErrsFarMoreOnUnseenDataThanWhereItWasEstimated) {
   EXPECT_EQ(judge(model, {}, {.holds_both_parts = true}).grade, Grade::good);
 }
 
+TEST(Verdict, SaysNothingOfAnUnjudgedPartOfThePlantWhereTheNoiseShowsIt) {
+  Model model = good_model();
+  model.validation->tests.reset();
+  model.validation->score.mse = 0.04;
+  const auto says = [](const Verdict& verdict, const char* text) {
+    return std::any_of(verdict.reasons.begin(), verdict.reasons.end(),
+                       [&](const std::string& reason) { return reason.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(says(judge(model, {}), "Not judged whether the model misses a part"));
+  const Verdict missed = judge(model, {}, {.noise_std = 0.05});
+  EXPECT_TRUE(says(missed, "The model misses a part of the plant"));
+  EXPECT_FALSE(says(missed, "Not judged whether the model misses a part"));
+}
+
 TEST(Verdict, NotesAPoleAndAZeroThatNearlyCancel) {
   Model model = good_model();
   // (0.17 s + 1) / (s (0.156 s + 1) (0.01 s + 1))
@@ -158,7 +172,7 @@ TEST(Verdict, RejectsWithEveryReasonAtOnceGivingValueAndLimit) {
           "record longer, or fit a simpler model.",
           "Input and output may be exchanged, or a controller closes the loop: the residual correlates with future "
           "input more than with past input; check --input and --output, or record in open loop.",
-          "The error of the validation part is mostly an offset: with one estimated anew there R2 is 91.2 %; the "
+          "The error of the validation part is mostly an offset: with one estimated anew there R2 is 91.20 %; the "
           "sensor, the null or the oil's temperature may have drifted between the two parts: record when the oil "
           "is warm, or shorter."}));
 }
@@ -476,7 +490,7 @@ TEST(Verdict, SaysThatTheOutputWandersWhereTheFasterMotionIsFollowed) {
   const Verdict verdict = judge(model, {}, {.beside_ladder = true});
   EXPECT_FALSE(verdict.accepted);
   EXPECT_EQ(verdict.reasons.at(0).rfind("The output wanders, whatever the input does: the model follows its faster "
-                                        "motion, R2 97.3 %, and all of it to validation R2 11.8 %, below",
+                                        "motion, R2 97.30 %, and all of it to validation R2 11.80 %, below",
                                         0),
             0U)
       << verdict.reasons.at(0);
