@@ -83,6 +83,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 }
 @page { size: A4; margin: 14mm; }
 @media print {
+  .verdict details::details-content { content-visibility: visible; block-size: auto; }
   body { font-size: 9pt; line-height: 1.35; }
   main { max-width: none; padding: 0; }
   h2 { margin: 1em 0 .4em; }

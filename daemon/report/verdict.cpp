@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstddef>
 #include <string_view>
 
 #include "core/shell_word.hpp"
@@ -352,11 +353,16 @@ std::string verdict(const Subject& subject) {
     const bool is_listed =
         !reasons.empty() && subject.reason.find(ident::statement_of(reasons.front())) != std::string::npos;
     std::string html = ended + (is_listed ? "" : reason);
+    // The first reason with what to do, which tends to mend the others, too.
+    const std::vector<std::string> others(reasons.begin() + (reasons.empty() ? 0 : 1), reasons.end());
     if (main.model.verdict) {
-      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(reasons);
+      std::vector<std::string> shown(reasons.begin(), reasons.end() - static_cast<std::ptrdiff_t>(others.size()));
+      for (const std::string& other : others) shown.push_back(ident::in_few_words(other));
+      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(shown);
     }
     return box("none", of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used"),
-               html + next_of_none(subject) + remarks_on_record(main.model) + of_rejected(main.model));
+               html + next_of_none(subject) + remarks_on_record(main.model) +
+                   folded("That model, and the further reasons with figures", list(others) + of_rejected(main.model)));
   }
   const bool is_alone = subject.models.size() == 1;
   return box("some",

@@ -55,6 +55,20 @@ TEST(Page, SaysThatNoModelCanBeUsedAndWhy) {
   EXPECT_NE(html.find("The error &lt;exceeds&gt; its &quot;limit&quot; &amp; more."), std::string::npos);
 }
 
+TEST(Page, ShowsTheFirstReasonOfARejectionInFullAndFoldsTheModel) {
+  Subject subject = subject_of("run", ident::Grade::rejected);
+  subject.models[0].model.verdict->reasons = {"The model does not follow: R2 is low; record longer.",
+                                              "The plant is not linear (p = 0.001): so it is; use it no more."};
+  const std::string html = page_of(subject).html;
+  const std::string box = html.substr(0, html.find("</section>"));
+  const std::size_t fold = box.find("<details");
+  ASSERT_NE(fold, std::string::npos) << box;
+  EXPECT_LT(box.find("R2 is low; record longer."), fold);
+  EXPECT_LT(box.find("The plant is not linear"), fold);
+  EXPECT_GT(box.find("use it no more"), fold);
+  EXPECT_GT(box.find("class=\"equation\""), fold);
+}
+
 TEST(Page, SaysTheReasonOfARejectionOnce) {
   Subject subject = subject_of("run", ident::Grade::rejected);
   subject.models[0].model.verdict->reasons = {"The rod stands at an end; cut with --from 37.", "R2 is too low."};
