@@ -158,7 +158,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
           shown_value, value < limit ? "at least" : "at most", shown_limit, length);
     case Fault::following_error:
       return fmt::format(
-          "the rod was {0:.3f} {2} from its reference, the controller's file allows {1:.3f} {2}; valve, load or sensor "
+          "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; valve, load or sensor "
           "have changed: measure the valve again (eha characterise), then eha tune",
           shown_value, shown_limit, length);
     case Fault::oscillation:

@@ -370,7 +370,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   if (of_service && !is_of_service) {
     console.info(fmt::format("ehad uses {}, which these numbers do not replace", *of_service));
   }
-  console.next_step(is_of_service ? put_in_force(path, *of_service, socket) : "eha check " + made);
+  console.next_step("eha check " + made + (is_of_service ? " && " + put_in_force(path, *of_service, socket) : ""));
   return ExitCode::ok;
 }
 

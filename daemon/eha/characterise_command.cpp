@@ -162,9 +162,10 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     return ExitCode::ok;
   }
   console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
-  console.next_step(rig_file->replaces.empty()
-                        ? "eha check " + shell_word(rig_file->path.string())
-                        : put_in_force(rig_file->path, rig_file->replaces, control::default_socket()));
+  const bool replaces = !rig_file->replaces.empty();
+  console.next_step(
+      "eha check " + shell_word(rig_file->path.string()) +
+      (replaces ? " && " + put_in_force(rig_file->path, rig_file->replaces, control::default_socket()) : ""));
   return ExitCode::ok;
 }
 

@@ -56,6 +56,37 @@ struct CheckCommand {
   bool accept_travel_risk = false;                           ///< only warn if the rehearsal refuses
 };
 
+/// The rig of a running service and the position of its rod.
+struct ServiceRig {
+  std::string file;
+  std::string name;
+  std::optional<double> place_in;
+  std::optional<FileChange> change = {};  ///< since the service read it
+  bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
+};
+
+/// None if no service answers.
+std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(socket, ignored)) return std::nullopt;
+  try {
+    control::Client client(socket);
+    const nlohmann::ordered_json status = client.call("status");
+    ServiceRig found{
+        .file = status.at("rig").at("file"), .name = status.at("rig").at("name"), .place_in = std::nullopt};
+    found.change = change_since_read(status.at("rig"));
+    const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
+    found.is_moving = !status.at("run").is_null();
+    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
+      found.place_in = rod.at("displacement_in");
+    }
+    return found;
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return std::nullopt;
+  }
+}
+
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
@@ -68,6 +99,18 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                   command.file, rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V,
                   rig.limits.slew_V_per_s, unit.factor("in") * rig.limits.travel_min_in,
                   unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
+  // A new file of the service's rig is there to be put in force.
+  const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
+  std::error_code ignored;
+  if (service && std::filesystem::equivalent(service->file, command.file, ignored)) {
+    if (service->change) {
+      console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));
+      return;
+    }
+  } else if (service && service->name == rig.name) {
+    console.next_step(put_in_force(command.file, service->file, command.socket));
+    return;
+  }
   console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));
 }
 
@@ -129,35 +172,6 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
   console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))
                                : simulated_run(command.file, command.rig_file));
-}
-
-/// The rig of a running service and the position of its rod.
-struct ServiceRig {
-  std::string file;
-  std::optional<double> place_in;
-  std::optional<FileChange> change = {};  ///< since the service read it
-  bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
-};
-
-/// None if no service answers.
-std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(socket, ignored)) return std::nullopt;
-  try {
-    control::Client client(socket);
-    const nlohmann::ordered_json status = client.call("status");
-    ServiceRig found{.file = status.at("rig").at("file"), .place_in = std::nullopt};
-    found.change = change_since_read(status.at("rig"));
-    const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
-    found.is_moving = !status.at("run").is_null();
-    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
-      found.place_in = rod.at("displacement_in");
-    }
-    return found;
-  } catch (const Error& error) {
-    console.debug(error.what());
-    return std::nullopt;
-  }
 }
 
 ExitCode execute(const CheckCommand& command, Console& console) {

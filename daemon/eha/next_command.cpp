@@ -46,8 +46,8 @@ std::string through(const std::filesystem::path& socket, std::string command) {
 }
 
 std::string put_in_force(const fs::path& made, const fs::path& of_service, const fs::path& socket) {
-  return fmt::format("eha check {0} && {1} && sudo cp {0} {2} && {3}", shell_word(made.string()),
-                     through(socket, "eha disarm"), shell_word(of_service.string()), through(socket, "eha reload"));
+  return fmt::format("{} && sudo cp {} {} && {}", through(socket, "eha disarm"), shell_word(made.string()),
+                     shell_word(of_service.string()), through(socket, "eha reload"));
 }
 
 std::string again(const RunCommand& run, const std::string& experiment) { return again(run, std::vector{experiment}); }

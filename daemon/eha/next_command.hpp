@@ -17,7 +17,7 @@ struct RunCommand;
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
 [[nodiscard]] std::string through(const std::filesystem::path& socket, std::string command);
 
-/// The commands that check a new rig file, put it in the place of a service's and have it read.
+/// The commands that put a new rig file, once it is checked, in the place of a service's and have it read.
 [[nodiscard]] std::string put_in_force(const std::filesystem::path& made, const std::filesystem::path& of_service,
                                        const std::filesystem::path& socket);
 

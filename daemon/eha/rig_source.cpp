@@ -2,17 +2,20 @@
 #include "daemon/eha/rig_source.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <array>
 #include <cstddef>
 #include <span>
 #include <system_error>
+#include <vector>
 
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/narrower_limits.hpp"
 
 namespace eha::cli {
 namespace {
@@ -59,8 +62,21 @@ std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {
   try {
     const std::string text = config::read_config_file(file);
     if (record::sha256_of(std::as_bytes(std::span(text))) == rig.value("sha256", "")) return std::nullopt;
-    static_cast<void>(config::parse_rig(text, file));
-    return FileChange{file + " was edited since ehad read it", ""};
+    const config::RigConfig edited = config::parse_rig(text, file);
+    config::RigConfig in_force = edited;
+    if (rig.contains("limits")) {
+      const nlohmann::ordered_json& limits = rig.at("limits");
+      in_force.limits.travel_min_in = limits.at("travel_min_in");
+      in_force.limits.travel_max_in = limits.at("travel_max_in");
+      in_force.limits.command_min_V = limits.at("command_min_V");
+      in_force.limits.command_max_V = limits.at("command_max_V");
+    }
+    const std::vector<std::string> narrower = narrower_limits(in_force, edited);
+    if (narrower.empty()) return FileChange{file + " was edited since ehad read it", ""};
+    return FileChange{fmt::format("{} was edited since ehad read it and has narrower limits ({}), so that nothing "
+                                  "begins to move",
+                                  file, fmt::join(narrower, ", ")),
+                      ""};
   } catch (const ConfigError& error) {
     return FileChange{fmt::format("{} was edited since ehad read it and is not valid now ({})", file, error.what()),
                       "correct it, then"};

@@ -23,6 +23,7 @@ constexpr auto kReminder = std::chrono::minutes(1);
 /// Without a terminal nobody is asked to arm the rig: a held experiment is not waited for longer.
 constexpr auto kLongestUnarmed = std::chrono::seconds(5);
 constexpr const char* kOfArming = "eha arm, then ";
+constexpr std::string_view kOfLease = "the lease of ";
 
 /// "experiment 7"; a move to a place is none of a user's files: "the move (number 7 of the queue)".
 std::string name_of(const nlohmann::ordered_json& entry, std::int64_t experiment) {
@@ -95,8 +96,9 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
   const Json& entry = status.at("entry");
   const std::string state = entry.at("state");
   const Json& run = status.at("run");
-  const bool is_unarmed = state == "held" && entry.value("waits_for", "").starts_with(kOfArming);
-  end_long_wait(experiment, is_unarmed);
+  const std::string waits_for = entry.value("waits_for", "");
+  const bool waits_for_somebody = waits_for.starts_with(kOfArming) || waits_for.starts_with(kOfLease);
+  end_long_wait(experiment, state == "held" && waits_for_somebody ? waits_for : "");
   if (state == "waiting" || state == "held") {
     const std::string reason = entry.value("waits_for", "");
     const std::string name = name_of(entry, experiment);
@@ -129,19 +131,24 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
   if (state == "fitting") console_.progress(1.0, "fitting");
 }
 
-void RunFollower::end_long_wait(std::int64_t experiment, bool is_unarmed) {
+void RunFollower::end_long_wait(std::int64_t experiment, const std::string& waits_for) {
   const auto now = std::chrono::steady_clock::now();
-  if (!is_unarmed || isatty(STDIN_FILENO) == 1) {
+  if (waits_for.empty() || isatty(STDIN_FILENO) == 1) {
     unarmed_since_.reset();
     return;
   }
   if (!unarmed_since_) unarmed_since_ = now;
   if (now - *unarmed_since_ < kLongestUnarmed) return;
   pass_on_stop();
+  const bool is_anothers = waits_for.starts_with(kOfLease);
+  const std::string why =
+      is_anothers
+          ? fmt::format("the lease is {}'s", waits_for.substr(kOfLease.size(), waits_for.find(',') - kOfLease.size()))
+          : "the rig is not armed";
   throw PermissionError(fmt::format(
-      "the rig is not armed, and experiment {} was removed from the queue; in a script `{}` comes first; with --detach "
-      "it stays in the queue, held",
-      experiment, through(socket_, "eha arm")));
+      "{}, and experiment {} was removed from the queue; in a script `{}` comes first; with --detach it stays in the "
+      "queue, held",
+      why, experiment, through(socket_, "eha arm")));
 }
 
 bool RunFollower::pass_on_stop() {

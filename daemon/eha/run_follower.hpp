@@ -39,7 +39,7 @@ class RunFollower {
 
   [[nodiscard]] std::optional<Json> watch(std::int64_t experiment, StopOnSignals& stop, Held held);
   void show(std::int64_t experiment, const Json& status);
-  void end_long_wait(std::int64_t experiment, bool is_unarmed);
+  void end_long_wait(std::int64_t experiment, const std::string& waits_for);
   [[nodiscard]] std::string last_heard(std::int64_t number) const;
 
   std::filesystem::path socket_;

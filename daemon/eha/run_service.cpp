@@ -345,9 +345,12 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     }
     if (entry->at("state") == "held") {
       held.push_back(one);
+      console.print(fmt::format("{} \"{}\": held", one, entry->value("name", "")));
       continue;
     }
-    console.print(fmt::format("{} \"{}\":", one, entry->value("name", "")));
+    const std::string outcome = entry->value("outcome", "");
+    const std::string end = has_completed(*entry) ? "" : " " + (outcome.empty() ? entry->value("state", "") : outcome);
+    console.print(fmt::format("{} \"{}\":{}", one, entry->value("name", ""), end));
     const ExitCode own = report(*entry, rig, command, console);
     if (code == ExitCode::ok) code = own;
     goes_on = goes_on && has_completed(*entry);

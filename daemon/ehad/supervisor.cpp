@@ -93,9 +93,9 @@ void Supervisor::load_queue() {
 void Supervisor::require_lease(const Peer& peer, std::string_view what) const {
   const Lease::Holder* holder = lease_.holder();
   if (!holder || holder->uid == peer.uid || peer.uid == kRoot) return;
-  throw PermissionError(
-      fmt::format("{}: the lease is {}'s for another {:.0f} s; wait, ask {} for eha disarm, or ask root", what,
-                  holder->user, lease_.remaining(Clock::now()).count(), holder->user));
+  throw PermissionError(fmt::format("{}: the lease is {}'s for another {:.0f} s; wait, or ask {} for eha disarm", what,
+                                    holder->user, lease_.remaining(Clock::now()).count(),
+                                    holder->uid == kRoot ? holder->user : holder->user + " or root"));
 }
 
 bool Supervisor::may_start(uid_t uid) const {

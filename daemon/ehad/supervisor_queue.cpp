@@ -269,8 +269,8 @@ Entry& Supervisor::require_own(const Peer& peer, EntryId id, std::string_view wh
   Entry* entry = queue_.find(id);
   if (entry == nullptr) throw UsageError(fmt::format("experiment {}: not in the queue", id));
   if (entry->uid != peer.uid && peer.uid != kRoot) {
-    throw PermissionError(
-        fmt::format("experiment {}: submitted by {}; only {} and root may {} it", id, entry->user, entry->user, what));
+    const std::string who = entry->uid == kRoot ? entry->user : entry->user + " and root";
+    throw PermissionError(fmt::format("experiment {}: submitted by {}; only {} may {} it", id, entry->user, who, what));
   }
   if (!is_queued(*entry)) {
     throw UsageError(fmt::format("experiment {}: {}, not waiting{}", id, to_text(entry->state),

@@ -80,6 +80,18 @@ TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
   EXPECT_NE(armed.err.find("has no [following]"), std::string::npos) << armed.out << armed.err;
 }
 
+TEST_F(ServicePlace, LeadsFromACheckedRigFileToTheService) {
+  const std::string other = (daemon_.folder() / "rig-new.toml").string();
+  fs::copy_file(daemon_.rig_file(), other);
+  const Ended checked = eha({"check", other});
+  ASSERT_EQ(checked.code, 0) << checked.err;
+  EXPECT_NE(checked.out.find("sudo cp " + other), std::string::npos) << checked.out;
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# a remark\n";
+  const Ended own = eha({"check", daemon_.rig_file()});
+  EXPECT_EQ(own.out.find("sudo cp"), std::string::npos) << own.out;
+  EXPECT_NE(own.out.find("eha reload"), std::string::npos) << own.out;
+}
+
 TEST_F(ServicePlace, CharacterisesTheValve) {
   Client(daemon_.socket()).call("arm");
   const Ended ended = eha({"characterise", "--fast", "--json"});

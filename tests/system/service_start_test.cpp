@@ -322,6 +322,17 @@ TEST_F(ServiceStart, WaitsForNobodyToArmTheRigWithoutATerminal) {
   for (const Json& entry : client_->call("queue").at("entries")) EXPECT_NE(entry.at("state"), "held") << entry;
 }
 
+TEST_F(ServiceStart, WaitsForNobodysLeaseWithoutATerminal) {
+  if (!can_change_user()) GTEST_SKIP() << "needs two users";
+  daemon_.open_to_all();
+  connect_as(65534, daemon_)->call("arm");
+  std::ofstream(daemon_.folder() / "quiet.toml") << quiet_experiment_text("quiet", 2.0);
+  const Ended ended = run_eha({"run", "quiet.toml", "--fast", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::permission)) << ended.err;
+  EXPECT_NE(ended.err.find("the lease is nobody's, and experiment "), std::string::npos) << ended.err;
+  for (const Json& entry : client_->call("queue").at("entries")) EXPECT_NE(entry.at("state"), "held") << entry;
+}
+
 TEST_F(ServiceStart, WarnsAtArmingOfARigFileThatWasEditedAndNotRead) {
   EXPECT_EQ(run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder()).err.find("was edited"), std::string::npos);
   std::ofstream(daemon_.rig_file(), std::ios::app) << "# narrower\n";
