@@ -174,6 +174,22 @@ std::string unit_of(std::string_view field) {
 
 namespace {
 
+/// "Flow l/min", "Speed, 1/min": what stands before the slash is no name of a time, and a unit of its own stands there.
+std::optional<std::pair<std::string, std::string>> name_and_rate(std::string_view label) {
+  const std::size_t slash = label.rfind('/');
+  if (slash == std::string_view::npos) return std::nullopt;
+  const auto unit = known_unit(label.substr(slash + 1));
+  if (!unit || !seconds_in(*unit)) return std::nullopt;
+  const std::size_t before = label.find_last_of(" _,;", slash);
+  if (before == std::string_view::npos || before == 0 || before + 1 == slash) return std::nullopt;
+  std::string_view name = trimmed(label.substr(0, before));
+  if (has_word(words_of(label.substr(0, slash)), kTimeNames)) return std::nullopt;
+  if (name.ends_with(" in")) name = trimmed(name.substr(0, name.size() - 3));
+  while (!name.empty() && (name.back() == ',' || name.back() == ';')) name.remove_suffix(1);
+  if (name.empty()) return std::nullopt;
+  return std::pair(std::string(name), std::string(trimmed(label.substr(before + 1))));
+}
+
 /// Behind a name that is of no input, "piston_v" is a velocity.
 bool is_velocity(std::string_view name, std::string_view unit) {
   return trimmed(unit) == "v" && !has_word(words_of(name), kInputNames);
@@ -189,6 +205,7 @@ std::pair<std::string, std::string> name_and_unit(std::string_view label) {
       return {std::string(trimmed(label.substr(0, open))), unit_of(label.substr(open))};
     }
   }
+  if (auto rate = name_and_rate(label)) return *rate;
   for (const std::string_view separator : {"/", " in ", "_", ",", ";"}) {
     const std::size_t at = label.rfind(separator);
     if (at == std::string_view::npos || at == 0) continue;

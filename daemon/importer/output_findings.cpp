@@ -73,6 +73,7 @@ Cut clean_part(const std::vector<Stretch>& stretches, std::size_t count, double 
   const Stretch longest = longest_part(stretches, count);
   const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
   Cut cut;
+  if (longest.second <= longest.first) return cut;
   if (longest.first > 0) cut.from_s = time(longest.first);
   if (longest.second < count) cut.to_s = time(longest.second - 1);
   return cut;
@@ -390,8 +391,10 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
   if (!spoilt.empty()) {
     std::sort(spoilt.begin(), spoilt.end());
     findings.cut = clean_part(spoilt, output.size(), start_s, step_s);
-    remarks.back() += "; the longest part without" + std::string(remarks.size() > 1 ? " any of this" : "") + ": " +
-                      cut_options(findings.cut);
+    const std::string options = cut_options(findings.cut);
+    remarks.back() += options.empty() ? "; no part is without"
+                                      : "; the longest part without" +
+                                            std::string(remarks.size() > 1 ? " any of this" : "") + ": " + options;
   }
   return findings;
 }

@@ -23,7 +23,8 @@ using record::NumberTable;
 
 constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
-constexpr std::size_t kGridPoints = 80;
+constexpr std::size_t kGridPoints = 160;
+constexpr std::size_t kPointsOfPeak = 24;  ///< on either side of one, between two points of the grid
 constexpr int kMapStyle = 2;
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
@@ -51,13 +52,57 @@ struct Range {
   }
 };
 
-ident::BodeCurve curve_of(const ident::Model& model) {
-  if (model.bode) return *model.bode;
-  std::vector<double> grid_Hz;
-  for (std::size_t i = 0; i < kGridPoints; ++i) {
-    grid_Hz.push_back(kLowest_Hz * std::pow(kHighest_Hz / kLowest_Hz, static_cast<double>(i) / (kGridPoints - 1)));
+/// `count` frequencies after `from`, the last of them `to`, in equal ratios.
+void add_grid(std::vector<double>& grid_Hz, double from_Hz, double to_Hz, std::size_t count) {
+  for (std::size_t i = 1; i <= count; ++i) {
+    grid_Hz.push_back(from_Hz * std::pow(to_Hz / from_Hz, static_cast<double>(i) / static_cast<double>(count)));
   }
-  return ident::bode_curve(model, grid_Hz, {});
+}
+
+/// A grid on which no resonance is a triangle: denser about each peak and notch of the gain.
+std::vector<double> drawn_frequencies(const ident::Model& model, double lowest_Hz, double highest_Hz) {
+  std::vector<double> coarse_Hz{lowest_Hz};
+  add_grid(coarse_Hz, lowest_Hz, highest_Hz, kGridPoints - 1);
+  const std::vector<double> gain_dB = ident::bode_curve(model, coarse_Hz, {}).gain_dB;
+  std::vector<double> grid_Hz{lowest_Hz};
+  for (std::size_t i = 1; i < coarse_Hz.size(); ++i) {
+    const auto turns = [&](std::size_t at) {
+      return at > 0 && at + 1 < gain_dB.size() &&
+             (gain_dB[at] - gain_dB[at - 1]) * (gain_dB[at + 1] - gain_dB[at]) <= 0.0;
+    };
+    add_grid(grid_Hz, coarse_Hz[i - 1], coarse_Hz[i], turns(i - 1) || turns(i) ? kPointsOfPeak : 1);
+  }
+  return grid_Hz;
+}
+
+/// Values over the logarithm of a frequency, at other frequencies within.
+std::vector<double> interpolated(const std::vector<double>& at_Hz, const std::vector<double>& values,
+                                 const std::vector<double>& wanted_Hz) {
+  std::vector<double> result;
+  for (const double wanted : wanted_Hz) {
+    const auto above = std::upper_bound(at_Hz.begin(), at_Hz.end(), wanted);
+    const std::size_t i = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(above - at_Hz.begin(), 1, static_cast<std::ptrdiff_t>(at_Hz.size()) - 1));
+    const double share = std::clamp(std::log(wanted / at_Hz[i - 1]) / std::log(at_Hz[i] / at_Hz[i - 1]), 0.0, 1.0);
+    result.push_back(std::lerp(values[i - 1], values[i], share));
+  }
+  return result;
+}
+
+/// The curve of a model as it is drawn; its standard errors are those of the model file, interpolated.
+ident::BodeCurve curve_of(const ident::Model& model) {
+  const bool is_stored = model.bode && model.bode->frequency_Hz.size() > 1;
+  const double lowest_Hz = is_stored ? model.bode->frequency_Hz.front() : kLowest_Hz;
+  const double highest_Hz = is_stored ? model.bode->frequency_Hz.back() : kHighest_Hz;
+  ident::BodeCurve curve = ident::bode_curve(model, drawn_frequencies(model, lowest_Hz, highest_Hz), {});
+  if (!is_stored) return curve;
+  const auto drawn = [&](const std::vector<double>& values) {
+    const bool has_all = values.size() == model.bode->frequency_Hz.size();
+    return has_all ? interpolated(model.bode->frequency_Hz, values, curve.frequency_Hz) : std::vector<double>();
+  };
+  curve.gain_std_dB = drawn(model.bode->gain_std_dB);
+  curve.phase_std_deg = drawn(model.bode->phase_std_deg);
+  return curve;
 }
 
 /// Returns the whole turns that bring a model's phase next to the measured one at its first line.

@@ -103,6 +103,21 @@ struct Response {
   double reached_s = 0.0;  ///< see time_of_reaching()
 };
 
+/// Where the output of a step comes to rest: G(0) where it swings about that at the end, else the last output.
+double rest_of(const ident::TransferFunction& g, const Eigen::VectorXd& y) {
+  const auto at_rest = [](const std::vector<ident::Term>& terms) {
+    double sum = 0.0;
+    for (const ident::Term& term : terms) sum += term.order > 0.0 ? 0.0 : term.coefficient;
+    return sum;
+  };
+  const double last = y[y.size() - 1];
+  const double denominator = at_rest(g.denominator);
+  if (!(std::abs(denominator) > 0.0)) return last;
+  const double gain = at_rest(g.numerator) / denominator;
+  const auto end = y.tail(y.size() / 2);
+  return gain >= end.minCoeff() && gain <= end.maxCoeff() ? gain : last;
+}
+
 Response response_of(const ident::Model& model, double duration_s) {
   const double step_s = duration_s / static_cast<double>(kRows - 1);
   const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
@@ -110,7 +125,7 @@ Response response_of(const ident::Model& model, double duration_s) {
   const double fastest = std::abs(
       *std::max_element(rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
   const bool goes_on = std::abs(rate.back()) > kStillMoving * fastest;
-  const double final = goes_on ? rate.back() : y[kRows - 1];
+  const double final = goes_on ? rate.back() : rest_of(model.transfer_function, y);
   return {final, goes_on, time_of_reaching(model.transfer_function, duration_s, goes_on, final)};
 }
 

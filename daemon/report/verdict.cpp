@@ -39,8 +39,9 @@ std::string error_sentence(const Model& model) {
   const ident::Score& score = unseen != nullptr ? *unseen : model.estimation->score;
   const std::string& unit = model.output_unit;
   const double most = std::max(std::abs(score.error_min), std::abs(score.error_max));
-  const std::string errors = fmt::format("rms error {}, at most {}", ident::error_text(std::sqrt(score.mse), unit),
-                                         ident::error_text(most, unit));
+  // Files of models do not hold the greatest error of the rows that estimated them.
+  const std::string errors = fmt::format("rms error {}{}", ident::error_text(std::sqrt(score.mse), unit),
+                                         most > 0.0 ? ", at most " + ident::error_text(most, unit) : "");
   return unseen != nullptr
              ? fmt::format("On the {} samples that did not estimate it: {}.", score.samples, errors)
              : fmt::format("On the samples that estimated it: {}; there are no others to test it on.", errors);

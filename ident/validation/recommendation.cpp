@@ -389,13 +389,24 @@ bool stands_before(const Model& a, const Model& b, const Model* first) {
   return std::pair(place(a), shown_mse(a)) < std::pair(place(b), shown_mse(b));
 }
 
+/// Of rejected models the best by the criterion, unless that errs by more than the output's spread on unseen data: then
+/// the one that errs least there.
+const Model& nearest(const Models& all) {
+  const auto fit_percent = [](const Model* model) {
+    return model->validation ? model->validation->score.fit_percent : -std::numeric_limits<double>::infinity();
+  };
+  if (!all.front()->validation || fit_percent(all.front()) > 0.0) return *all.front();
+  return **std::max_element(all.begin(), all.end(),
+                            [&](const Model* a, const Model* b) { return fit_percent(a) < fit_percent(b); });
+}
+
 /// The model that stands first; null: no models.
 const Model* leading(const Models& models, const Recommendation& recommendation) {
   const std::string& name = recommendation.model.empty() ? recommendation.runner_up : recommendation.model;
   const auto named = std::find_if(models.begin(), models.end(), [&](const Model* m) { return m->name == name; });
   if (named != models.end()) return *named;
   const Models all = compared(models);
-  return !all.empty() && all.size() == models.size() ? all.front() : nullptr;
+  return !all.empty() && all.size() == models.size() ? &nearest(all) : nullptr;
 }
 
 }  // namespace
@@ -460,8 +471,8 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
   const std::string cause = cause_in_record(all);
   if (identified.empty()) {
     result.reason = !cause.empty() ? cause
-                                   : fmt::format("no model passes its checks; {} comes nearest: {}", all.front()->name,
-                                                 first_reason(*all.front()));
+                                   : fmt::format("no model passes its checks; {} comes nearest: {}", nearest(all).name,
+                                                 first_reason(nearest(all)));
     result.accepted_instead = accepted_among(models, all, {});
     return result;
   }

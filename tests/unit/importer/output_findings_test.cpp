@@ -215,6 +215,15 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
   }
 }
 
+TEST(OutputRemarks, NameNoCutWhereNoPartIsWithout) {
+  Rod r = rod();
+  for (std::size_t k = 0; k < r.output.size(); ++k) r.output[k] = k / 200 % 2 == 0 ? 1.0 : -1.0;
+  const std::vector<std::string> remarks = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks;
+  ASSERT_FALSE(remarks.empty());
+  EXPECT_NE(remarks.back().find("no part is without"), std::string::npos) << remarks.back();
+  EXPECT_EQ(remarks.back().find("--to"), std::string::npos) << remarks.back();
+}
+
 TEST(OutputRemarks, GiveOneCutForBothEnds) {
   Rod r = rod();
   double least = r.output.front();

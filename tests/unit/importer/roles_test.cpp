@@ -30,6 +30,12 @@ TEST(NameAndUnit, AreToldApartInTheWaysOfHeaders) {
   for (const char* label : {"min", "minutes", "Time min"}) EXPECT_EQ(name_and_unit(label).second, "min");
   // No unit that is known, or none of a time: part of the name.
   for (const char* label : {"s", "h", "Channel s", "Force min"}) EXPECT_EQ(name_and_unit(label), Pair(label, ""));
+  for (const char* label : {"Flow l/min", "Flow_l/min", "Flow, l/min", "Flow in l/min", "Flow (l/min)"}) {
+    EXPECT_EQ(name_and_unit(label), Pair("Flow", "l/min")) << "a rate is no time: " << label;
+  }
+  EXPECT_EQ(name_and_unit("Speed 1/min"), Pair("Speed", "1/min"));
+  EXPECT_EQ(name_and_unit("Flow m3/h"), Pair("Flow", "m3/h"));
+  EXPECT_EQ(name_and_unit("Run Time/s"), Pair("Run Time", "s"));
   EXPECT_EQ(name_and_unit("valve_command"), Pair("valve_command", ""));
   EXPECT_EQ(name_and_unit("channel_1"), Pair("channel_1", ""));
   EXPECT_EQ(name_and_unit(""), Pair("", ""));
