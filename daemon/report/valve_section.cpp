@@ -56,7 +56,7 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   remark.good =
       fmt::format("At least {:.0f} % of the samples on either side, and narrow intervals of null and dead band.",
                   kRareSide_percent);
-  const std::optional<double> shift = ident::map_shift(model);
+  const std::optional<double> shift = ident::noted_shift(model);
   if (rarer_percent < kRareSide_percent) {
     remark.to_do = "The input was rarely on one side of the dead band: record with an offset_V near the null.";
   } else if (shift) {

@@ -156,7 +156,7 @@ std::string map_sentence(const Model& model) {
 /// What to know of a map in whose dead band the rod moves; empty for another map. @param sheet  null: none is known
 std::string caution_of_map(const Model& model, const SheetComparison* sheet) {
   if (ident::unfound_dead_band(model) != nullptr) return paragraph(map_sentence(model));
-  const std::optional<double> shift = model.input_map ? ident::map_shift(model) : std::nullopt;
+  const std::optional<double> shift = model.input_map ? ident::noted_shift(model) : std::nullopt;
   if (!shift) return {};
   const std::string moves =
       "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; ";

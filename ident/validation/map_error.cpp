@@ -114,6 +114,12 @@ std::optional<double> map_shift(const Model& model) {
   return is_doubtful(model, shift) ? std::optional(shift) : std::nullopt;
 }
 
+std::optional<double> noted_shift(const Model& model) {
+  const double shift = shift_of(model);
+  const bool is_noted = is_doubtful(model, shift) || (model.input_unit == "V" && shift > kNotedShift_V);
+  return is_noted ? std::optional(shift) : std::nullopt;
+}
+
 const ParameterEstimate* unfound_dead_band(const Model& model) {
   if (!model.input_map) return nullptr;
   for (const ParameterEstimate& p : model.parameters) {
@@ -136,12 +142,12 @@ std::string map_note(const Model& model) {
         "and half dead band of the fit are not the valve's",
         is_up ? upper_edge(*model.input_map) : lower_edge(*model.input_map), after_number(model.input_unit));
   }
-  const double shift = shift_of(model);
-  if (!is_doubtful(model, shift) && !(model.input_unit == "V" && shift > kNotedShift_V)) return {};
+  const std::optional<double> shift = noted_shift(model);
+  if (!shift) return {};
   return fmt::format(
       "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null and "
       "half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
-      shift, after_number(model.input_unit));
+      *shift, after_number(model.input_unit));
 }
 
 }  // namespace eha::ident

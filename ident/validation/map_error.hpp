@@ -39,6 +39,10 @@ inline constexpr double kNotedShift_V = 0.03;
 /// a map.
 [[nodiscard]] const ParameterEstimate* unfound_dead_band(const Model& model);
 
+/// The shift that map_note() names: above kNotedShift_V (of another input unit none) or 0.4 of the dead band
+/// [input unit].
+[[nodiscard]] std::optional<double> noted_shift(const Model& model);
+
 /// What the error of a model's map means: that the rod moves within the dead band, and by how much null and half dead
 /// band of the fit may be off the valve's; or that the map is one-way. Of a dead band that is not found nothing
 /// else. No capital and no point. Empty where the map

@@ -20,6 +20,7 @@
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/first_step.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -420,6 +421,9 @@ class Reasons {
                              : "");
     }
     if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+    if (noted_shift(model_)) {
+      return "measure the valve, whose sheet tells a leak from friction (eha characterise)";
+    }
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }

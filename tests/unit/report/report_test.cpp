@@ -203,6 +203,9 @@ TEST(Page, SaysBesideNullAndDeadBandThatTheyAreNotTheValvesAndCompensatesNothing
       << box;
   EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos);
   EXPECT_NE(html.find("Compensate nothing by these numbers"), std::string::npos);
+  const std::string less = page_with_nulls(0.07, 0.02);
+  EXPECT_NE(less.find("each may be up to 0.04 V off"), std::string::npos) << "what the terminal says, too";
+  EXPECT_EQ(less.find("A controller can compensate it: add"), std::string::npos);
   const std::string sound = page_with_nulls(0.037, 0.01);
   EXPECT_EQ(sound.find("not the valve&#39;s"), std::string::npos);
   EXPECT_NE(sound.find("A controller can compensate it: add"), std::string::npos);

@@ -407,6 +407,17 @@ TEST(Verdict, AdvisesInWholeSentencesBesideALadder) {
       << reason;
 }
 
+TEST(Verdict, AdvisesNoSmallerAmplitudesWhereTheRodMovesWithinTheDeadBand) {
+  Model model = good_model();
+  model.validation->tests->input.p = 1e-5;
+  model.input_unit = "V";
+  model.input_map = ValveMap{.null = 0.0, .dead_band = 0.15, .negative_gain_ratio = 1.0};
+  model.validation->map_error = 0.04;
+  const std::string reason = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
+  EXPECT_EQ(reason.find("smaller amplitudes, where"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("eha characterise"), std::string::npos) << reason;
+}
+
 TEST(Verdict, NamesTheModelThatExplainsWhatThisOneLeavesOver) {
   Model model = good_model();
   model.validation->tests->input.p = 1e-5;
