@@ -100,10 +100,10 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   if (agreement == tune::FollowingAgreement::within_interval) return false;  // the record knows less than the file
   if (agreement == tune::FollowingAgreement::within_map_error) {
     console.info(fmt::format(
-        "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's: {}. [following] of {} (null_V = {:.3f}, "
+        "null {:.3f} V and half dead band {:.3f} V of {} are not the valve's{}. [following] of {} (null_V = {:.3f}, "
         "and dead_band_V = {:.3f} with {:.2f} V to spare) does not contradict the record; keep it, or measure: `{}`",
-        found.map.zone.null_V, found.map.zone.dead_band_V, found.source, found.note, rig.file_name, known.null_V,
-        rig.limits.following->dead_band_V, config::kDeadBandSpare_V, found.remedy));
+        found.map.zone.null_V, found.map.zone.dead_band_V, found.source, found.note.empty() ? "" : ": " + found.note,
+        rig.file_name, known.null_V, rig.limits.following->dead_band_V, config::kDeadBandSpare_V, found.remedy));
     return false;
   }
   console.warning(fmt::format(
@@ -133,14 +133,14 @@ bool warn_of_changed_valve(const fs::path& run, const Console& console) {
   const auto file = recommended_model(run);
   if (!file) return false;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
+  say_map_note(model, console);
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
-  if (!rig) {
-    say_map_note(model, console);
-    return false;
-  }
+  if (!rig) return false;
   const auto sheet_run = newest_sheet_run(run);
   const auto sheet = sheet_run ? valve_of_sheet(*sheet_run) : std::nullopt;
-  const bool is_another = warn_if_following_differs(*rig, valve_of_model(model, "this record's model", sheet), console);
+  FoundValve found = valve_of_model(model, "this record's model", sheet);
+  found.note.clear();  // is said already
+  const bool is_another = warn_if_following_differs(*rig, found, console);
   const DisplayUnit unit = console.unit(rig->units);
   const auto beside =
       report::compare_with_sheet(report::in_unit(report::load_run(run), unit), ident::in_unit(model, unit));

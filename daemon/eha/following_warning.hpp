@@ -48,8 +48,8 @@ void say_map_note(const ident::Model& model, const Console& console);
 /// @returns the command that writes the rig file with the sheet's numbers, where it warned
 std::optional<std::string> warn_of_unused_sheet(const std::filesystem::path& run, const Console& console);
 
-/// The same for a run's rig file and the model that the run recommends; without [following] say_map_note(). Names a
-/// gain that is another one, too.
+/// The same for a run's rig file and the model that the run recommends, after say_map_note() of it. Names a gain that
+/// is another one, too.
 /// @returns whether the rig has changed since its rig file was measured, and no newer valve sheet agrees with the run
 [[nodiscard]] bool warn_of_changed_valve(const std::filesystem::path& run, const Console& console);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -16,6 +17,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_argument.hpp"
@@ -27,6 +29,7 @@
 #include "daemon/replay/calibration.hpp"
 #include "daemon/replay/replay.hpp"
 #include "daemon/replay/twin_file.hpp"
+#include "daemon/replay/twin_parameter.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/tune/twin_draws.hpp"
 #include "ident/validation/score.hpp"
@@ -41,7 +44,8 @@ Plays a record's voltages [V] through the simulated rig and scores it against th
 record's first position. --calibrate fits keys of [sim] in eha-rig(5) to the record and writes the rig file of the twin,
 with null, dead band and gains of its valve in [following].
 KEY=LOW:HIGH sets bounds (default a fifth to five times the rig file's value). Each value has a 95 % interval. A parameter
-that the record does not determine, alone or apart from another one, is refused by name (exit code 10).
+that the record does not determine, alone or apart from another one, is refused by name (exit code 10). Where more than
+noise is left the values and [following] are doubtful, and Next: adds a key.
 
 Examples:
   eha replay runs/latest -o overlay.svg
@@ -143,6 +147,38 @@ std::string with_own_following(const std::string& text, const std::string& file)
   }
 }
 
+/// Whether more than noise is left: something that was not calibrated differs.
+bool is_doubtful(const replay::Calibration& calibration) {
+  return calibration.rms_error_in > replay::kMoreThanNoise * calibration.noise_in;
+}
+
+/// Keys that usually differ between rigs and were not calibrated, the first to add first. A key of value 0 has no
+/// bounds.
+std::vector<std::string> further_keys(const hal::SimOptions& options, const replay::Calibration& calibration) {
+  std::vector<std::string> keys;
+  for (const char* key :
+       {"valve_null_offset_V", "valve_dead_band_V", "valve_rated_flow_L_per_min", "valve_natural_frequency_Hz",
+        "moving_mass_kg", "leakage_cm3_per_s_per_bar", "coulomb_friction_N"}) {
+    const bool is_calibrated = std::any_of(calibration.parameters.begin(), calibration.parameters.end(),
+                                           [&](const auto& p) { return p.key == key; });
+    if (!is_calibrated && replay::value_of(options, key) > 0.0) keys.emplace_back(key);
+  }
+  return keys;
+}
+
+/// The next command after a calibration whose error is more than noise.
+std::string next_of_doubtful(const ReplayCommand& command, const std::vector<std::string>& further) {
+  std::string next = "eha replay " + shell_word(command.source);
+  if (further.empty()) {
+    return fmt::format("{} --rig {} -o {}", next, shell_word(command.twin.string()),
+                       shell_word(free_name("overlay.svg")));
+  }
+  if (command.rig_file) next += " --rig " + shell_word(*command.rig_file);
+  next += " --calibrate";
+  for (const std::string& key : command.calibrate) next += " " + shell_word(key);
+  return fmt::format("{} {} --twin {}", next, further.front(), shell_word(command.twin.string()));
+}
+
 ExitCode execute(const ReplayCommand& command, Console& console) {
   std::vector<replay::CalibrationRequest> requests;
   for (const std::string& text : command.calibrate) requests.push_back(request_of(text));
@@ -181,6 +217,7 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
       "{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
       source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
       factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
+  std::vector<std::string> further;
   if (calibration) {
     std::vector<std::vector<std::string>> rows;
     Json parameters = Json::array();
@@ -197,12 +234,16 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     text += text_table(
         {{"parameter"}, {"before", Align::right}, {"calibrated", Align::right}, {"+- (95 %)", Align::right}}, rows);
     if (!calibration->converged) console.warning("the calibration did not converge; narrow it with KEY=LOW:HIGH");
-    if (calibration->rms_error_in > replay::kMoreThanNoise * calibration->noise_in) {
+    if (is_doubtful(*calibration)) {
+      further = further_keys(options, *calibration);
       console.warning(fmt::format(
           "the calibrated rig errs by {:.2g} {}, {:.2g} times what noise would leave: something that was not "
-          "calibrated differs, too, the values make up for it, and their intervals may miss the truth; "
-          "calibrate more keys together",
-          factor * calibration->rms_error_in, unit.of("in"), calibration->rms_error_in / calibration->noise_in));
+          "calibrated differs, too, the values make up for it, and their intervals may miss the truth; {}",
+          factor * calibration->rms_error_in, unit.of("in"), calibration->rms_error_in / calibration->noise_in,
+          further.empty() ? std::string("of the usual keys none is left to add: look at where it errs")
+                          : fmt::format("add keys to it, one at a time (one that the record does not determine is "
+                                        "refused by name): {}",
+                                        fmt::join(further, ", "))));
     }
     const std::string calibrated = replay::twin_text(rig.text, *calibration, source.name);
     const std::string twin = with_own_following(calibrated, command.twin.string());
@@ -211,8 +252,11 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
     document["error_over_noise"] = calibration->rms_error_in / calibration->noise_in;
     document["parameters"] = std::move(parameters);
     document["twin"] = command.twin.string();
-    text += fmt::format("written: {}{}\n", command.twin.string(),
-                        twin != calibrated ? ", with null, dead band and gains of its valve in [following]" : "");
+    const std::string_view kept = twin == calibrated          ? ""
+                                  : is_doubtful(*calibration) ? ", whose [following] holds these doubtful numbers, too"
+                                                              : ", with null, dead band and gains of its valve in "
+                                                                "[following]";
+    text += fmt::format("written: {}{}\n", command.twin.string(), kept);
   }
   if (command.output) {
     if (command.output->extension() == ".csv") {
@@ -226,7 +270,9 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
   console.print_json(document);
   console.print(text);
   if (calibration && !calibration->converged) return ExitCode::not_converged;
-  if (calibration) {
+  if (calibration && is_doubtful(*calibration)) {
+    console.next_step(next_of_doubtful(command, further));
+  } else if (calibration) {
     console.next_step("eha run EXPERIMENT.toml --local --fast --rig " + shell_word(command.twin.string()));
   } else {
     console.next_step(

@@ -203,7 +203,13 @@ TEST_F(TwoRuns, ARunTellsALeakFromAnotherValve) {
   // Oil past the piston bends the fit's null by 0.2 V; the valve is that of [following].
   const std::string leaky = warned(source_file("config/rigs/sim-leaky.toml"));
   EXPECT_EQ(leaky.find("are for another valve"), std::string::npos) << leaky;
-  EXPECT_NE(leaky.find("are not the valve's: the rod moves within that dead band"), std::string::npos) << leaky;
+  EXPECT_NE(leaky.find("are not the valve's. [following]"), std::string::npos) << leaky;
+  EXPECT_NE(leaky.find("warning: of integrator_lag_valve: the rod moves within that dead band"), std::string::npos)
+      << leaky;
+  // As the fit of the same run does, also where [following] agrees with the model.
+  const std::string worn = warned(source_file("config/rigs/sim-worn.toml"));
+  EXPECT_NE(worn.find("whatever their intervals say"), std::string::npos) << worn;
+  EXPECT_NE(worn.find("warning: of "), std::string::npos) << worn;
   const std::string changed = warned("changed.toml");
   EXPECT_NE(changed.find("are for another valve"), std::string::npos) << changed;
 }
@@ -226,6 +232,22 @@ TEST_F(TwoRuns, ReplayCalibratesATwinThatTheProgramRuns) {
   EXPECT_NEAR(parameters.at(0).at("value").get<double>(), 0.22, 0.05 * 0.22);
   EXPECT_NEAR(parameters.at(1).at("value").get<double>(), 0.2, 0.05 * 0.2);
   EXPECT_EQ(run_eha({"check", "twin.toml"}, folder_->path()).code, 0);
+}
+
+TEST_F(TwoRuns, ReplayThatLeavesMoreThanNoiseAddsAKey) {
+  const std::string rig = source_file("config/rigs/sim.toml");
+  const Ended doubtful =
+      run_eha({"replay", after_, "--rig", rig, "--twin", "doubtful.toml", "--calibrate", "valve_null_offset_V"},
+              folder_->path());
+  ASSERT_EQ(doubtful.code, 0) << doubtful.err;
+  EXPECT_NE(doubtful.err.find("refused by name): valve_dead_band_V, valve_rated_flow_L_per_min"), std::string::npos)
+      << doubtful.err;
+  EXPECT_NE(doubtful.out.find("doubtful.toml, whose [following] holds these doubtful numbers, too"), std::string::npos)
+      << doubtful.out;
+  EXPECT_NE(doubtful.out.find("--calibrate valve_null_offset_V valve_dead_band_V --twin doubtful.toml\n"),
+            std::string::npos)
+      << doubtful.out;
+  EXPECT_EQ(doubtful.out.find("Next: eha run"), std::string::npos) << doubtful.out;
 }
 
 TEST_F(TwoRuns, RefuseWhatMakesNoSense) {
