@@ -179,12 +179,25 @@ std::string map_text(const Model& model) {
   return text;
 }
 
+/// What the intervals of a valve's null and dead band do not hold; empty where the map or a warning says more of them.
+std::string map_caution(const Model& model) {
+  const bool has_interval = std::any_of(model.parameters.begin(), model.parameters.end(), [](const auto& p) {
+    using Role = ident::ParameterRole;
+    return (p.role == Role::valve_null || p.role == Role::dead_band) && !p.fixed && p.upper95 > p.lower95;
+  });
+  if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model) || !ident::map_note(model).empty())
+    return {};
+  return "null and dead band +- this record's noise; friction and the structure shift them further: eha characterise "
+         "measures them";
+}
+
 std::string what_it_is(const Model& model) {
   std::string text = line("recommended", fmt::format("{} ({})", model.name, grade_text(model)));
   text += line("equation", equation(model, 1.0, model.output_unit));
   if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "+-")); !form.empty())
     text += line("in figures", form);
   if (const std::string map = map_text(model); !map.empty()) text += line("valve map", map);
+  if (const std::string caution = map_caution(model); !caution.empty()) text += line("", caution);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
   if (const auto error = largest_error(model))
     text += line("largest error", ident::error_text(*error, model.output_unit));

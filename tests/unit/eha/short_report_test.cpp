@@ -56,6 +56,24 @@ TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
 }
 
+TEST(ShortReport, CautionsOfTheIntervalsOfNullAndDeadBand) {
+  Answer answer = answer_with("");
+  ident::Model& model = answer.models[0];
+  constexpr const char* kCaution = "eha characterise";
+  EXPECT_EQ(short_report(answer, {}).find(kCaution), std::string::npos) << "without a map";
+  model.input_unit = "V";
+  model.input_map = ident::ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
+  model.parameters.push_back({.name = "null"});
+  ident::ParameterEstimate& null = model.parameters.back();
+  null.role = ident::ParameterRole::valve_null;
+  null.value = -0.2;
+  null.lower95 = -0.202;
+  null.upper95 = -0.198;
+  EXPECT_NE(short_report(answer, {}).find(kCaution), std::string::npos) << short_report(answer, {});
+  null.fixed = true;
+  EXPECT_EQ(short_report(answer, {}).find(kCaution), std::string::npos) << "it is held, not measured";
+}
+
 /// The lines of "chosen as", with a blank in place of each break.
 std::string chosen_in(const std::string& text) {
   const std::size_t at = text.find("\nchosen as");
