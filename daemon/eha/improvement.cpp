@@ -2,12 +2,17 @@
 #include "daemon/eha/improvement.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
+#include <vector>
 
 #include "config/prepared_experiment.hpp"
 #include "core/os/files.hpp"
@@ -74,11 +79,67 @@ DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& com
   return answer;
 }
 
+/// Whether a model has a parameter of a name.
+bool has_parameter(const Model& model, const std::string& name) {
+  return std::any_of(model.parameters.begin(), model.parameters.end(), [&](const auto& p) { return p.name == name; });
+}
+
+/// The parameter that a figure of the answer stands for: T of a lag, with or without an integrator, is the one
+/// estimated coefficient of its denominator. Other names are returned as they are.
+/// @throws UsageError  the figure is made of several parameters
+std::string parameter_of_figure(const Model& model, const std::string& name) {
+  constexpr std::array<std::string_view, 4> kFigures{"T", "TD", "f0", "D"};
+  if (has_parameter(model, name) || std::find(kFigures.begin(), kFigures.end(), name) == kFigures.end()) return name;
+  std::vector<std::string> of_denominator;
+  std::vector<std::string> estimated;
+  std::ptrdiff_t terms = 0;
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    const bool is_below = p.role == ident::ParameterRole::denominator_coefficient;
+    if (is_below && (!p.fixed || std::abs(p.value) > 0.0)) ++terms;
+    if (p.fixed || (!is_below && p.role != ident::ParameterRole::numerator_coefficient)) continue;
+    if (is_below) of_denominator.push_back(p.name);
+    estimated.push_back(p.name);
+  }
+  if (name == "T" && of_denominator.size() == 1 && terms == 2) return of_denominator.front();
+  throw UsageError(
+      fmt::format("--improve {}: no single parameter of {}, whose figures are made of {}; name one of them", name,
+                  model.name, fmt::join(estimated, ", ")));
+}
+
+/// What may improve a parameter that a design does not.
+struct BetterDesign {
+  std::string sentence;
+  std::optional<std::string> command = {};
+};
+
+/// @param std  of the best design of task.duration_s
+BetterDesign better_design(const DesignCommand& command, const ident::ImprovementTask& task, double std, double now) {
+  constexpr double kShare = 0.7;  // of the present standard error, worth a run
+  const double compared_s = task.duration_s - task.options.discard_s;
+  const double longest = std * std::sqrt(compared_s / (kLongest_s - task.options.discard_s));
+  if (command.wanted_std || longest > kShare * now) {
+    return {"nor would a longer one, by much; wider limits of the rig or less noise of the sensor would"};
+  }
+  std::string design = "eha design";
+  if (command.experiment_file) design += " " + shell_word(*command.experiment_file);
+  design += fmt::format(" --from {} --improve {} --to {:.2g}", shell_word(*command.model_file), command.parameter,
+                        kShare * now);
+  if (command.rig_file) design += " --rig " + shell_word(*command.rig_file);
+  if (command.twin_file) design += " --twin " + shell_word(*command.twin_file);
+  if (command.output) design += " -o " + shell_word(command.output->string());
+  return {"a longer one may, which --to designs", design};
+}
+
 }  // namespace
 
-ExitCode design_improvement(const DesignCommand& command, Console& console) {
-  const config::RigConfig rig = load_rig_or_default(command.rig_file);
-  const Model model = ident::model_from_text(os::read_file(*command.model_file), *command.model_file);
+ExitCode design_improvement(const DesignCommand& given, Console& console) {
+  const config::RigConfig rig = load_rig_or_default(given.rig_file);
+  const Model model = ident::model_from_text(os::read_file(*given.model_file), *given.model_file);
+  DesignCommand command = given;
+  command.parameter = parameter_of_figure(model, given.parameter);
+  if (command.parameter != given.parameter) {
+    console.info(fmt::format("{} is the parameter {} of {}", given.parameter, command.parameter, model.name));
+  }
   ident::ImprovementTask task;
   task.limits = identify::excitation_limits(rig);
   task.duration_s = kDuration_s;
@@ -124,6 +185,7 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   if (answer.chosen.trial)
     document["predicted_std_range"] = {answer.chosen.trial->lowest, answer.chosen.trial->highest};
   if (with_base) document["predicted_std_of_experiment"] = *with_base;
+  document["improves"] = found.std < now;
   if (command.wanted_std) {
     document["wanted_std"] = *command.wanted_std;
     document["reachable"] = answer.reached;
@@ -153,8 +215,15 @@ ExitCode design_improvement(const DesignCommand& command, Console& console) {
   if (!answer.reached) {
     console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
   }
+  const bool improves = found.std < now;
+  BetterDesign better;
+  if (!improves) {
+    better = better_design(command, task, found.std, now);
+    console.print(fmt::format("this experiment does not improve {}: {}", command.parameter, better.sentence));
+  }
   console.print(fmt::format("written: {}", path.string()));
-  console.next_step(simulated_run(path.string(), command.rig_file));
+  if (improves) console.next_step(simulated_run(path.string(), command.rig_file));
+  if (better.command) console.next_step(*better.command);
   return ExitCode::ok;
 }
 

@@ -104,6 +104,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"amplitude_V", amplitude_V},
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
+  console.print(fmt::format("written: {}", file.string()));
   console.next_step(hal::moves_machine(rig.backend) ? "eha run " + shell_word(file.string())
                                                     : simulated_run(file.string(), command.rig_file));
   return ExitCode::ok;

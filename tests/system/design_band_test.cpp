@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/error.hpp"
 #include "tests/system/program.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -36,6 +37,7 @@ TEST(DesignBand, IsToBePlayedOnTheSimulatedRigThatItIsMadeFor) {
     std::vector<std::string> words{"design", "--band", "0.2:1.5", "--period", "5", "--rig", rig, "-o", "band.toml"};
     if (odd) words.emplace_back("--odd-random");
     const Ended made = run_eha(words, folder.path());
+    EXPECT_NE(made.out.find("\nwritten: band.toml\n"), std::string::npos) << made.out;
     EXPECT_NE(made.out.find("Next: eha run band.toml --local --fast --rig " + rig), std::string::npos)
         << made.out << made.err;
   }
@@ -70,6 +72,32 @@ TEST(DesignBand, RefusesABandWithoutLinesAndOneThatIsNone) {
   EXPECT_EQ(run_eha({"design", "--tones", "5"}, folder.path()).code, 2);
   EXPECT_EQ(run_eha({"design", "--odd-random"}, folder.path()).code, 2);
   EXPECT_EQ(run_eha({"design", "--band", "0.1:1", "--realisations", "3"}, folder.path()).code, 2);
+}
+
+TEST(DesignOfAParameter, ThatDoesNotImproveItIsNotOfferedForARun) {
+  const TemporaryFolder folder;
+  const Ended fitted =
+      run_eha({"fit", source_file("config/records/bench.csv"), "--model", "integrator_lag_valve", "-o", "models"},
+              folder.path());
+  ASSERT_EQ(fitted.code, 0) << fitted.err;
+  const auto design = [&](const std::string& name) {
+    return run_eha({"design", "--from", "models/integrator_lag_valve.json", "--improve", name, "-o", "better.toml"},
+                   folder.path());
+  };
+  const Ended gain = design("K");
+  ASSERT_EQ(gain.code, 0) << gain.err;
+  EXPECT_NE(gain.out.find("does not improve K: a longer one may"), std::string::npos) << gain.out;
+  EXPECT_EQ(gain.out.find("Next: eha run"), std::string::npos) << gain.out;
+  EXPECT_NE(gain.out.find("Next: eha design --from models/integrator_lag_valve.json --improve K --to 0.0"),
+            std::string::npos)
+      << gain.out;
+  // The answer's name of the time constant.
+  const Ended lag = design("T");
+  ASSERT_EQ(lag.code, 0) << lag.err;
+  EXPECT_NE(lag.out.find("standard error of a2 now"), std::string::npos) << lag.out;
+  const Ended resonance = design("f0");
+  EXPECT_EQ(resonance.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(resonance.err.find("no single parameter of integrator_lag_valve"), std::string::npos) << resonance.err;
 }
 
 }  // namespace
