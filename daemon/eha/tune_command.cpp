@@ -245,8 +245,9 @@ std::vector<std::string> next_steps(const TuneCommand& command, const ident::Mod
   if (command.twin_file && is_played_on(config::load_rig(*command.twin_file), controller)) {
     return {fmt::format("eha track {} --rig {} --local --fast", file, shell_word(*command.twin_file))};
   }
-  if (is_played_on(rig, controller)) return {on_rig};
-  if (command.twin_file) return {show};
+  if (command.twin_file) return {is_played_on(rig, controller) ? on_rig : show};
+  // A trial here would try another plant than that of a record that can be replayed.
+  if (record_of(model).empty() && is_played_on(rig, controller)) return {on_rig};
   const TwinCommands twin = twin_commands(command, model);
   return {twin.replay, twin.tune + " -o " + shell_word(free_name(command.output.string()))};
 }

@@ -227,7 +227,8 @@ TEST_F(Axis, RefusesSetPointsBeyondTheTravelOrWithoutAUnit) {
   folder_->write("far.csv", "time_s,position_mm\n0,60\n2,160\n");
   folder_->write("bare.csv", "time_s,position\n0,60\n2,70\n");
   const std::vector<std::string> local{"--local", "--fast", "--rig", "rig.toml", "-o", "refused"};
-  for (const auto& [file, what] : {std::pair{"far.csv", "far.csv: row 2: 160 mm at 2 s lies outside"}, {"bare.csv", "position_mm"}}) {
+  for (const auto& [file, what] :
+       {std::pair{"far.csv", "far.csv: row 2: 160 mm at 2 s lies outside"}, {"bare.csv", "position_mm"}}) {
     std::vector<std::string> command{"track", "axis.toml", file};
     command.insert(command.end(), local.begin(), local.end());
     const Ended refused = run_eha(command, folder_->path());
@@ -309,6 +310,21 @@ TEST(AxisOfARecord, IsTriedOnATwinWithTheValveOfTheRecord) {
   EXPECT_EQ(track, "track cyl-2.toml --rig twin.toml --local --fast");
   const Ended checked = eha(track + " --hold 2 --no-sweep");
   EXPECT_TRUE(checked.code == 0 || checked.code == static_cast<int>(ExitCode::model_rejected)) << checked.err;
+}
+
+/// The shipped record is of the shipped rig, but nothing shows it: its axis is that of a twin, not of the rig here.
+TEST(AxisOfARecord, OffersATwinAlsoWhereTheRigHereWouldTakeTheController) {
+  const TemporaryFolder folder;
+  const auto eha = [&](const std::string& line) { return run_eha(words(line), folder.path()); };
+  ASSERT_EQ(
+      eha("fit " + source_file("config/records/bench.csv").string() + " --model integrator_lag_valve -o models").code,
+      0);
+  const Ended tuned = eha("tune models/integrator_lag_valve.json -o x.toml");
+  ASSERT_EQ(tuned.code, 0) << tuned.err;
+  EXPECT_NE(tuned.out.find("and not for the plant of"), std::string::npos) << tuned.out;
+  EXPECT_EQ(next_of(tuned, "track"), "") << tuned.out;
+  EXPECT_NE(next_of(tuned, "replay").find("--twin twin.toml"), std::string::npos) << tuned.out;
+  EXPECT_EQ(next_of(tuned, "tune").find("tune models/integrator_lag_valve.json --twin twin.toml"), 0U) << tuned.out;
 }
 
 }  // namespace
