@@ -111,6 +111,9 @@ std::string meant(const CLI::App& app, const CLI::App& sub) {
     const bool is_option = word.rfind("--", 0) == 0;
     const std::vector<std::string>& names = is_option ? options : commands;
     const std::string written = is_option ? word.substr(0, word.find('=')) : word;
+    if ((written == "--out" || written == "--output") && sub.get_option_no_throw("-o") != nullptr) {
+      return " (did you mean \"-o\"?)";
+    }
     const auto nearest = similar(written, {names.begin(), names.end()});
     if (nearest) return fmt::format(" (did you mean \"{}\"?)", *nearest);
   }
@@ -127,7 +130,10 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   }
   const bool unknown = app.get_subcommands().empty() && app.remaining_size() > 0;
   std::string what = unknown ? "unknown command or option \"" + app.remaining().front() + "\"" : error.what();
-  if (unknown || error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) what += meant(app, *sub);
+  const bool has_extras = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+  // CLI11 writes them from last to first.
+  if (has_extras && !unknown) what = fmt::format("not expected: {}", fmt::join(app.remaining(true), " "));
+  if (unknown || has_extras) what += meant(app, *sub);
   if (sub != &app) {
     what += fmt::format("; expected `{}`", form_of(*sub, command));
     if (const std::string example = first_example(*sub, command); !example.empty()) {

@@ -191,6 +191,15 @@ std::optional<std::string> cut_command(const FitCommand& command, const Source& 
   return importer::command_with(command.import, command.source, cut + folder);
 }
 
+/// The same fit of the ladder instead of the named models.
+std::string command_of_ladder(const FitCommand& command) {
+  const std::string ladder =
+      importer::command_without(command.import, {"--model", "--structure", "--poles", "--zeros", "--delay",
+                                                 "--input-map", "--fix", "--free", "--start", "--bound"});
+  const bool is_whole = ladder.empty() || ladder.find('=') != std::string::npos;  // --model=NAME
+  return is_whole ? "eha fit " + shell_word(command.source) : ladder;
+}
+
 std::string next_step(const FitCommand& command, const Source& source, const Identification& identification,
                       const std::vector<fs::path>& written) {
   // The models' files come first. Picks the recommended model, else the first accepted one.
@@ -365,6 +374,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.next_step(*step);
   } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_step(command, source, identification, written));
+  } else if (names_models(command.models) && identification.recommendation.model.empty() && !cut) {
+    console.next_step(command_of_ladder(command));
   }
   return code;
 }

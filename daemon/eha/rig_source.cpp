@@ -16,6 +16,7 @@
 #include "daemon/record/sha256.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/narrower_limits.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -51,6 +52,14 @@ config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file
                     EHA_DATA_DIR));
   }
   return config::load_rig(found->string());
+}
+
+bool default_rig_moves_machine() {
+  try {
+    return hal::moves_machine(load_rig_or_default({}).backend);
+  } catch (const Error&) {
+    return true;
+  }
 }
 
 std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {

@@ -19,6 +19,9 @@ namespace eha::cli {
 /// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
+/// Whether a local run without --rig would move a machine; true where the default rig file cannot be read.
+[[nodiscard]] bool default_rig_moves_machine();
+
 /// What became of a rig file since the service read it.
 struct FileChange {
   std::string what;   ///< a clause such as "/etc/ehad/rig.toml is gone since ehad read it"

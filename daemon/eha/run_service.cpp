@@ -267,6 +267,15 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   try {
     connected.emplace(command.socket);
   } catch (const DeviceError& error) {
+    if (!default_rig_moves_machine()) {
+      RunCommand local = command;
+      local.local = true;
+      std::vector<std::string> experiments{command.experiment_file};
+      experiments.insert(experiments.end(), command.further_files.begin(), command.further_files.end());
+      throw DeviceError(
+          fmt::format("`{}` plays it on the simulated rig, without the service. Where ehad drives a rig: {}",
+                      again(local, experiments), error.what()));
+    }
     throw DeviceError(fmt::format(
         "{}. Only where ehad drives no rig: the same command with --local plays it in this process", error.what()));
   }

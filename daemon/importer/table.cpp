@@ -166,6 +166,17 @@ std::string command_with(const Options& options, const std::filesystem::path& pa
   return command.insert(std::min(end, command.size()), " " + extra);
 }
 
+std::string command_without(const Options& options, const std::vector<std::string>& names) {
+  std::string command = options.command;
+  for (const std::string& name : names) {
+    for (std::size_t before = 0; before != command.size();) {  // it may be repeated
+      before = command.size();
+      erase_option(command, name, true);
+    }
+  }
+  return command;
+}
+
 std::string period_options(const RowPeriod& period, double unit_s) {
   const double step_s = period.roundest_s * unit_s;
   std::string extra = fmt::format("--period {:.9g}", step_s);

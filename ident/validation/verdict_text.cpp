@@ -318,9 +318,11 @@ class Reasons {
               c.parameter, interval_text(*p));
         }
         return fmt::format(
-            "The record does not need {}: it may be 0, its 95 % interval is {}; use the model without it, or record "
+            "The record does not need {}: it may be 0, its 95 % interval is {}; use {}, or record "
             "longer.",
-            c.parameter, interval_text(*p));
+            c.parameter, interval_text(*p),
+            p->role == ParameterRole::grey_box ? "a transfer function (eha fit RECORD without --model)"
+                                               : "the model without it");
       }
       case Kind::above_recommended:
         return fmt::format(

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -22,6 +23,11 @@ TEST(Command, WithoutTheServiceRunsOnlyLocally) {
   const TemporaryFolder folder;
   expect_refused(folder, {"run", source_file("config/experiments/paper.toml")}, ExitCode::device_unavailable,
                  {"ehad is not running", "--local"});
+  if (std::filesystem::exists("/etc/ehad/rig.toml")) GTEST_SKIP() << "this machine has a rig";
+  const Ended simulated = run_eha({"run", source_file("config/experiments/paper.toml")}, folder.path());
+  EXPECT_LT(simulated.err.find("paper.toml --local` plays it on the simulated rig"),
+            simulated.err.find("emergency stop"))
+      << simulated.err;
 }
 
 TEST(Command, ThatIsUnknownIsAUsageError) {
@@ -166,6 +172,14 @@ TEST(Fit, MixesNoModelsOfTwoRecordsInOneFolder) {
   const Ended refused = fit("second.csv");
   EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage));
   EXPECT_NE(refused.err.find("first.csv"), std::string::npos) << refused.err;
+}
+
+TEST(Fit, OfANamedModelThatFailsGoesOnWithTheLadder) {
+  const TemporaryFolder folder;
+  const std::string record = source_file("config/records/bench.csv");
+  const Ended fit = run_eha({"fit", record, "--model", "friction", "--seed", "2"}, folder.path());
+  EXPECT_EQ(fit.code, static_cast<int>(ExitCode::model_rejected)) << fit.err;
+  EXPECT_NE(fit.out.find("Next: eha fit " + record + " --seed 2\n"), std::string::npos) << fit.out;
 }
 
 TEST(Fit, RefusesAnInitialStateInThePapersProcedure) {

@@ -60,6 +60,9 @@ TEST(CommandLine, NamesTheOptionOrCommandThatIsMeant) {
   EXPECT_NE(fault_of({"fit", "a.csv", "--decimat=4"}).find("(did you mean \"--decimate\"?)"), std::string::npos);
   EXPECT_NE(fault_of({"fit", "a.csv", "--jsn"}).find("(did you mean \"--json\"?)"), std::string::npos);
   EXPECT_NE(fault_of({"runs", "lst"}).find("(did you mean \"list\"?)"), std::string::npos);
+  EXPECT_NE(fault_of({"fit", "a.csv", "--out", "x"}).find("not expected: --out x (did you mean \"-o\"?)"),
+            std::string::npos)
+      << fault_of({"fit", "a.csv", "--out", "x"});
   EXPECT_EQ(fault_of({"fit", "a.csv", "--xyzzyxyzzy"}).find("did you mean"), std::string::npos);
   EXPECT_EQ(fault_of({"fit", "a.csv", "b.csv"}).find("did you mean"), std::string::npos);
 }

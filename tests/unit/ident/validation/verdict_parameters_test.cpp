@@ -51,6 +51,11 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
   EXPECT_EQ(judge(model, {}).reasons.front(),
             "The record does not need a2: it may be 0, its 95 % interval is 0 to 0.62; use the model without it, or "
             "record longer.");
+  // A grey box has no form without one of its parameters.
+  model.parameters[0].role = ParameterRole::grey_box;
+  EXPECT_NE(judge(model, {}).reasons.front().find("use a transfer function (eha fit RECORD without --model)"),
+            std::string::npos);
+  model.parameters[0].role = ParameterRole::denominator_coefficient;
   // A coefficient that the structure or a request holds is not asked.
   model.parameters[0].fixed = true;
   EXPECT_EQ(judge(model, {}).grade, Grade::good);
