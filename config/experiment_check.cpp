@@ -14,6 +14,7 @@
 #include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -121,12 +122,14 @@ class ConflictSearch {
     const double lowest_in = rig_.limits.travel_min_in + margin_in;
     const double highest_in = rig_.limits.travel_max_in - margin_in;
     if (place.displacement_in >= lowest_in && place.displacement_in <= highest_in) return;
-    const DisplayUnit unit(rig_.units);
+    const auto in_mm = millimetre_key(key);
+    const bool is_in_mm = in_mm && positions_.contains(in_mm->name);
+    const DisplayUnit unit(is_in_mm ? "mm" : "in");  // of the key
     const double factor = unit.factor("in");
-    add(key,
-        fmt::format("{0:.4g} to {1:.4g} {4}, the travel limits of {2} less {3:.3g} {4}", factor * lowest_in,
-                    factor * highest_in, rig_.file_name, factor * margin_in, unit.of("in")),
-        fmt::format("{:.4g} {}", factor * place.displacement_in, unit.of("in")));
+    issues_.add(position_of(positions_, key), is_in_mm ? in_mm->name : key,
+                fmt::format("{0:.4g} to {1:.4g} {4}, the travel limits of {2} less {3:.3g} {4}", factor * lowest_in,
+                            factor * highest_in, rig_.file_name, factor * margin_in, unit.of("in")),
+                fmt::format("{:.4g} {}", factor * place.displacement_in, unit.of("in")));
   }
 
   /// Beyond a travel limit only the sensor shows the position: its plausibility must be checked.

@@ -2,11 +2,14 @@
 #include "config/tone_grid.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <variant>
+#include <vector>
 
 #include "ident/signal/periods.hpp"
 
@@ -30,30 +33,35 @@ bool repeats_within(const ExperimentConfig& experiment, const std::vector<ident:
 
 }  // namespace
 
-std::vector<std::string> off_grid_tones(const ExperimentConfig& experiment) {
+std::optional<std::string> off_grid_tones(const ExperimentConfig& experiment) {
   const bool repeats = experiment.repetitions > 1;
   const double period_s = repeats ? experiment.duration_s : 0.5 * (experiment.duration_s - experiment.fit.discard_s);
-  std::vector<std::string> sentences;
+  std::vector<std::string> off;
+  std::vector<std::string> nearest;
   const auto judge = [&](const std::vector<ident::Tone>& tones) {
     if (repeats && repeats_within(experiment, tones)) return;
     for (const ident::Tone& tone : tones) {
       const double cycles = tone.frequency_Hz * period_s;
       if (std::abs(cycles - std::round(cycles)) <= kCycleTolerance * std::max(1.0, cycles)) continue;
-      sentences.push_back(
-          fmt::format("excitation: {:g} Hz is no multiple of 1/{:g} s ({}): {:g} Hz is the nearest; the measured "
-                      "frequency response leaves this tone out",
-                      tone.frequency_Hz, period_s, repeats ? "a repetition" : "half of what is used of the record",
-                      std::max(1.0, std::round(cycles)) / period_s));
+      off.push_back(fmt::format("{:g}", tone.frequency_Hz));
+      nearest.push_back(fmt::format("{:.4g}", std::max(1.0, std::round(cycles)) / period_s));
     }
   };
   const Played* played = experiment.played();
-  if (played == nullptr) return {};
+  if (played == nullptr) return std::nullopt;
   std::visit(
       [&](const auto& kind) {
         if constexpr (requires { kind.tones; }) judge(kind.tones);
       },
       played->excitation.kind);
-  return sentences;
+  if (off.empty()) return std::nullopt;
+  const bool is_one = off.size() == 1;
+  return fmt::format(
+      "excitation: {} Hz {} of 1/{:g} Hz ({:.3g} Hz; {} lasts {:g} s): {} Hz {} nearest; the measured frequency "
+      "response leaves {} out",
+      fmt::join(off, ", "), is_one ? "is no multiple" : "are no multiples", period_s, 1.0 / period_s,
+      repeats ? "a repetition" : "half of what is used of the record", period_s, fmt::join(nearest, ", "),
+      is_one ? "is the" : "are the", is_one ? "this tone" : "these tones");
 }
 
 }  // namespace eha::config

@@ -164,7 +164,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
                             experiment.repetitions == 1 ? "" : "s", models,
                             rig ? fmt::format(", within the limits of {}", rig->file_name) : ""));
   if (rehearsal) console.print(sentence_on(*rehearsal, *rig, console));
-  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
+  if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (rig) {
     warn_if_not_fittable(experiment, *rig, command.file, console);
     warn_if_not_rehearsed(experiment, *rig, command.file, console);

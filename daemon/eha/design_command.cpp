@@ -126,7 +126,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
     console.print(fmt::format("{} lines: {:.6g}{} Hz", lines_Hz.size(), fmt::join(shown, ", "),
                               lines_Hz.size() > kShown ? fmt::format(", ..., {:.6g}", lines_Hz.back()) : ""));
   }
-  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
+  if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
   console.next_step(simulated_run(experiment_file, command.rig_file));
   return ExitCode::ok;

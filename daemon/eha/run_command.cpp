@@ -329,7 +329,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
                                                experiment.repetitions == 1 ? "" : "s");
   console.info(fmt::format("{}: {} on {} ({})", experiment.placing() != nullptr ? planned.file : experiment.name,
                            length, rig.name, rig.file_name));
-  for (const std::string& sentence : config::off_grid_tones(experiment)) console.warning(sentence);
+  if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   const Acquired acquired = acquire(command, rig, planned, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));

@@ -170,7 +170,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
   try {
     rig = config::load_rig(status.at("rig").at("file").get<std::string>());
     prepared = config::parse_prepared_experiment(file.text, file.name, *rig);
-    for (const std::string& sentence : config::off_grid_tones(prepared->config)) console.warning(sentence);
+    if (const auto sentence = config::off_grid_tones(prepared->config)) console.warning(*sentence);
     warn_if_not_fittable(prepared->config, *rig, file.name, console);
     warn_if_not_rehearsed(prepared->config, *rig, file.name, console);
     say_motion_shown_first(prepared->config, *rig, console);
