@@ -230,6 +230,9 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   require_within_travel(prepared.config, rig, *place_in, command.file, console, player);
   const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
   const Rehearsed rehearsed{prepared, rig, *place_in, rehearsal, player};
+  if (rehearsal && rehearsal->chance_of_trip >= kRefusedChanceOfTrip && !command.accept_travel_risk) {
+    console.info(fmt::format("{}: {}", command.file, sentence_on(*rehearsal, rig, console)));  // why it is refused
+  }
   judge_travel(rehearsed, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   warn_of_little_motion(rehearsed, command.file, console);
   report_experiment(command, prepared.config, rig, rehearsal, on_service, console);

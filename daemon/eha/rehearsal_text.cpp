@@ -50,6 +50,33 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
       stands, middle_in, rehearsed.rig.file_name);
 }
 
+/// "[start] is 0.2 in from the limit of 5.75 in", in the unit of its key; empty without one.
+std::string start_beside_limit(const config::ExperimentConfig& experiment, const config::RigLimits& limits) {
+  const config::Played* played = experiment.played();
+  if (played == nullptr || !played->start) return {};
+  const double start_in = played->start->displacement_in;
+  const double middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
+  const double limit_in = start_in < middle_in ? limits.travel_min_in : limits.travel_max_in;
+  const DisplayUnit unit(experiment.positions.contains("start.displacement_mm") ? "mm" : "in");
+  const double factor = unit.factor("in");
+  return fmt::format("[start] is {:.3g} {} from the limit of {:.4g} {}", factor * std::abs(limit_in - start_in),
+                     unit.of("in"), factor * limit_in, unit.of("in"));
+}
+
+/// What helps an experiment whose rehearsed rods reach a limit, but nothing that it has already.
+std::string remedy_for(const Rehearsed& rehearsed) {
+  if (const auto& offset_V = rehearsed.rehearsal->still_offset_V) {  // none with [hold]
+    return fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *offset_V);
+  }
+  const config::Played* played = rehearsed.experiment.config.played();
+  const std::string start = start_beside_limit(rehearsed.experiment.config, rehearsed.rig.limits);
+  const std::string room = start.empty() ? "add [start] where there is room" : "move [start] to where there is room";
+  const std::string remedy = played != nullptr && played->hold
+                                 ? fmt::format("lower the amplitudes, or {}", room)
+                                 : fmt::format("lower the amplitudes, shorten the experiment, {}, or add [hold]", room);
+  return start.empty() ? remedy : fmt::format("{}: {}", start, remedy);
+}
+
 }  // namespace
 
 bool begins_anew(const config::RigConfig& rig, Player player) {
@@ -103,11 +130,7 @@ void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
   const std::string move = move_that_helps(rehearsed, console);
-  const std::string remedy =
-      !move.empty() ? move
-      : rehearsal->still_offset_V
-          ? fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *rehearsal->still_offset_V)
-          : "lower the amplitudes, shorten the experiment, move [start] so that there is room, or add [hold]";
+  const std::string remedy = move.empty() ? remedy_for(rehearsed) : move;
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
     throw ConfigError(fmt::format("{}; {:.0f} % or more is refused: {}; --accept-travel-risk plays it nevertheless",
                                   found, 100.0 * kRefusedChanceOfTrip, remedy));

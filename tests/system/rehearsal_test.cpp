@@ -33,6 +33,7 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   const Ended bad = run_eha({"check", "drifts.toml", "--rig", rig}, folder.path());
   EXPECT_EQ(bad.code, static_cast<int>(ExitCode::configuration));
   EXPECT_NE(bad.err.find("100 % of the rehearsed rods reach a limit"), std::string::npos) << bad.err;
+  EXPECT_NE(bad.err.find("until it is stopped before a limit the rod moves within "), std::string::npos) << bad.err;
   const std::size_t offset = bad.err.find("set offset_V = ");
   ASSERT_NE(offset, std::string::npos) << bad.err;
   std::string better = kDrifts;
@@ -49,6 +50,21 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
   EXPECT_NE(tripped.err.find("the rod drifted at +"), std::string::npos) << tripped.err;
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
+}
+
+TEST(Rehearsal, NamesNoRemedyThatIsThereAndHowNearTheStartIsToTheLimit) {
+  const TemporaryFolder folder;
+  std::string text = kDrifts;
+  text.replace(text.find("0.8"), 3, "0.0");
+  text.replace(text.find("amplitude_V = 2.0"), 17, "amplitude_V = 4.0");
+  text.insert(text.find("[excitation]"), "[start]\ndisplacement_mm = 141\n[hold]\n");
+  folder.write("near.toml", text);
+  const Ended near = run_eha({"check", "near.toml", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
+  EXPECT_EQ(near.code, static_cast<int>(ExitCode::configuration)) << near.err;
+  EXPECT_NE(near.err.find("[start] is 5.05 mm from the limit of 146 mm: lower the amplitudes, or move [start]"),
+            std::string::npos)
+      << near.err;
+  EXPECT_EQ(near.err.find("add [hold]"), std::string::npos) << near.err;
 }
 
 TEST(Rehearsal, NamesTheMoveToMidTravelWhereThatIsAllThatIsMissing) {
