@@ -4,13 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <string>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "config/file_kind.hpp"
 #include "config/toml_section.hpp"
+#include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::config {
@@ -63,6 +66,18 @@ class LimitChecks {
     if (!range.contains(rig_.limits.command_max_V)) add_issue("command_max_V", expected, rig_.limits.command_max_V);
   }
 
+  /// Whether the sensor holds the travel with a scale that is in inches, and so perhaps the offset.
+  [[nodiscard]] bool would_hold_travel(const hal::Conversion& ranges) const {
+    const double half_in =
+        0.5 * kMillimetresPerInch * std::abs(ranges.scale_in_per_V * (ranges.feedback_max_V - ranges.feedback_min_V));
+    const double middle_V = 0.5 * (ranges.feedback_min_V + ranges.feedback_max_V);
+    const auto holds = [&](double offset_in) {
+      const double middle_in = offset_in + kMillimetresPerInch * ranges.scale_in_per_V * middle_V;
+      return rig_.limits.travel_min_in >= middle_in - half_in && rig_.limits.travel_max_in <= middle_in + half_in;
+    };
+    return holds(ranges.offset_in) || holds(kMillimetresPerInch * ranges.offset_in);
+  }
+
   void check_travel_range() {
     const hal::Conversion ranges = hal::conversion_of(rig_.backend);
     const double at_min = ranges.offset_in + ranges.scale_in_per_V * ranges.feedback_min_V;
@@ -70,6 +85,17 @@ class LimitChecks {
     const Range range = Range::between(std::min(at_min, at_max), std::max(at_min, at_max));
     const std::string expected =
         fmt::format("a displacement that the sensor can show, {:.6g}..{:.6g} in", range.low, range.high);
+    const bool holds_travel = range.contains(rig_.limits.travel_min_in) && range.contains(rig_.limits.travel_max_in);
+    const std::string scale = std::string(hal::name_of(rig_.backend)) + ".scale_mm_per_V";
+    if (!holds_travel && document_.positions.contains(scale) && would_hold_travel(ranges)) {
+      document_.issues.add_text(
+          position_of(document_.positions, scale), scale,
+          fmt::format("the sensor would show {:.6g}..{:.6g} in, which does not hold the travel "
+                      "{:g}..{:g} in, and with 25.4 times this scale it does: is the number in "
+                      "inches (scale_in_per_V)?",
+                      range.low, range.high, rig_.limits.travel_min_in, rig_.limits.travel_max_in));
+      return;
+    }
     if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
     if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
   }

@@ -277,6 +277,15 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
                         factor * found.residuals_in[i]);
   }
   console.print(text);
+  const auto is_off = [&](double residual_in) { return std::abs(residual_in) > tolerance_in; };
+  if (std::none_of(found.residuals_in.begin(), found.residuals_in.end(), is_off)) return;
+  if (const auto lone = lone_point(points, tolerance_in)) {
+    throw DataError(fmt::format(
+        "nothing is written: {0:.4g} {1} is {2:.2g} {1} off the line through the others; without it the others are "
+        "within {3:.4f} {1} of theirs, {4:.3g} {1} are allowed: measure that position again, or leave it out",
+        factor * points[lone->index].position_in, in, factor * std::abs(lone->off_in), factor * lone->others_in,
+        factor * tolerance_in));
+  }
   double worst_in = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double off_in = std::abs(found.residuals_in[i]);
@@ -286,12 +295,21 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
                                 factor * points[i].position_in, in, factor * found.residuals_in[i], in,
                                 factor * tolerance_in, in));
   }
-  if (worst_in > 0.0) {
-    throw DataError(fmt::format(
-        "nothing is written: positions and voltages are up to {:.3g} {} off a line, {:.3g} {} are allowed; measure the "
-        "positions again that are named above, or allow more with --tolerance",
-        factor * worst_in, in, factor * tolerance_in, in));
+  throw DataError(fmt::format(
+      "nothing is written: positions and voltages are up to {:.3g} {} off a line, {:.3g} {} are allowed; measure the "
+      "positions again that are named above, or allow more with --tolerance",
+      factor * worst_in, in, factor * tolerance_in, in));
+}
+
+/// The unit in which all positions are typed; empty where they differ, or without one.
+std::string typed_unit(const std::vector<std::string>& pairs) {
+  std::string unit;
+  for (const std::string& pair : pairs) {
+    const std::string of_pair = unit_of_length(std::string_view(pair).substr(0, pair.find('=')));
+    if (of_pair.empty() || (!unit.empty() && of_pair != unit)) return {};
+    unit = of_pair;
   }
+  return unit;
 }
 
 ExitCode execute(const CalibrateCommand& command, Console& console) {
@@ -312,6 +330,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const fs::path old(rig.file_name);
   const fs::path path =
       command.output.value_or(old.parent_path() / fmt::format("{}-{}.toml", old.stem().string(), date));
+  if (const std::string typed = typed_unit(command.at); !typed.empty()) console.take_typed_unit(typed);
   const DisplayUnit unit = console.unit(rig.units);
   const std::optional<double> tolerance_in = inches_of(command.tolerance, unit);
   if (!tolerance_in || !(*tolerance_in > 0.0)) {

@@ -187,6 +187,26 @@ Calibration calibrated(std::span<const CalibrationPoint> points, const DisplayUn
   return found;
 }
 
+std::optional<LonePoint> lone_point(std::span<const CalibrationPoint> points, double tolerance_in) {
+  if (points.size() < kFewestCalibrationPoints + 2) return std::nullopt;
+  std::optional<LonePoint> lone;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::vector<CalibrationPoint> others(points.begin(), points.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+    try {
+      const Calibration found = calibrated(others);
+      double others_in = 0.0;
+      for (const double residual_in : found.residuals_in) others_in = std::max(others_in, std::abs(residual_in));
+      if (others_in > tolerance_in) continue;
+      if (lone) return std::nullopt;
+      lone = {i, points[i].position_in - found.offset_in - found.scale_in_per_V * points[i].voltage_V, others_in};
+    } catch (const DataError&) {
+      continue;  // the others alone are no calibration
+    }
+  }
+  return lone;
+}
+
 double rounding_in(const Calibration& found, double range_V) {
   constexpr double kCodes = 65535.0;
   return std::abs(found.scale_in_per_V) * range_V / kCodes / std::sqrt(12.0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +39,17 @@ struct Calibration {
 ///                    differ, or points that lie on no line (a scale known worse than 10 %); says what to do
 [[nodiscard]] Calibration calibrated(std::span<const CalibrationPoint> points,
                                      const DisplayUnit& unit = DisplayUnit("in"));
+
+/// The one point without which all others lie on a line, within a tolerance of it.
+struct LonePoint {
+  std::size_t index = 0;
+  double off_in = 0.0;     ///< of the line through the others
+  double others_in = 0.0;  ///< the greatest residual of the others
+};
+
+/// Returns it where each other choice leaves a residual beyond the tolerance; none for fewer than five points, of which
+/// three lie on a line by chance.
+[[nodiscard]] std::optional<LonePoint> lone_point(std::span<const CalibrationPoint> points, double tolerance_in);
 
 /// Standard deviation of the sensor's rounding: positions that lie nearer to a line than it do so by chance, and their
 /// ruler's error is not in the standard errors. @param range_V  of the converter, of 16 bits

@@ -356,6 +356,11 @@ INSTANTIATE_TEST_SUITE_P(
              {"20:40: comedi.heartbeat.channel: expected another line than enable, got 4"}},
         Edit{&kCard,
              "scale_in_per_V = 0.3",
+             "scale_mm_per_V = 0.3",
+             {"21:18: comedi.scale_mm_per_V: the sensor would show 2.78189..3.01811 in, which does not hold the travel "
+              "0.2..5.5 in, and with 25.4 times this scale it does: is the number in inches (scale_in_per_V)?"}},
+        Edit{&kCard,
+             "scale_in_per_V = 0.3",
              "scale_in_per_V = 0.2",
              {"9:17: limits.travel_min_in: expected a displacement that the sensor can show, 0.9..4.9 in, "
               "got 0.2",

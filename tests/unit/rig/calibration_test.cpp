@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/measured_check.hpp"
@@ -47,6 +48,23 @@ TEST(Calibration, NamesTheReadingThatMakesTheScaleUncertain) {
   points = {{0.7, -8.0}, {1.73, -4.0}, {2.95, 0.0}, {4.18, 4.0}, {5.4, 8.0}};
   const std::string of_five = doubt_about(points, calibrated(points), DisplayUnit("mm"));
   EXPECT_NE(of_five.find("the one at 17.78 mm"), std::string::npos) << of_five;
+}
+
+TEST(Calibration, NamesTheOnePointWithoutWhichTheOthersLieOnALine) {
+  std::vector<CalibrationPoint> points;
+  for (const auto& [mm, volts] : {std::pair{10.2, 0.656}, {40.1, 2.625}, {75.3, 4.921}, {110.0, 7.5}, {139.8, 9.186}}) {
+    points.push_back({mm / 25.4, volts});
+  }
+  const auto lone = lone_point(points, 0.02);
+  ASSERT_TRUE(lone);
+  EXPECT_EQ(lone->index, 3U);
+  EXPECT_NEAR(lone->off_in * 25.4, -4.1, 0.2);
+  EXPECT_LT(lone->others_in, 0.02);
+  EXPECT_FALSE(lone_point(points, 1.0)) << "all are within the tolerance, whichever is left out";
+  points[1].position_in += 0.2;
+  EXPECT_FALSE(lone_point(points, 0.02)) << "two are off";
+  points.resize(4);
+  EXPECT_FALSE(lone_point(points, 0.02)) << "three of four lie on a line by chance";
 }
 
 TEST(Calibration, AsksForThreePlacesThatDiffer) {
