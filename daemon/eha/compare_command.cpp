@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/comparison_answer.hpp"
@@ -18,6 +19,7 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/identify/comparison.hpp"
+#include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/report/comparison_page.hpp"
@@ -155,6 +157,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   Json document;
   Compared shown;
   std::optional<identify::RunComparison> runs;
+  std::optional<std::string> exchange;  ///< the command that exchanges input and output of the record
   if (files.empty()) {
     const identify::RunComparison found = identify::compare_runs(sources, console.progress_callback());
     console.end_progress();
@@ -169,6 +172,15 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     }
     std::vector<identify::ScoredModel> scored =
         without_own_record(identify::score_models(models, each, console.progress_callback()), models, sources.front());
+    // Of the first that does not follow the record: one file, one cause.
+    for (std::size_t i = 0; i < scored.size() && !exchange; ++i) {
+      const auto other = identify::exchanged_fit(*each[i], {}, scored[i]);
+      if (!other) continue;
+      console.warning(
+          fmt::format("{}: {}: {}", sources.front().name, files[i], identify::exchange_sentence(*other, scored[i])));
+      exchange = fmt::format("eha validate {} {} {}", shell_word(files[i]), shell_word(records.front()),
+                             sources.front().exchange);
+    }
     console.end_progress();
     document = described(scored, models, files, sources.front()).document;
     for (std::size_t i = 0; i < scored.size(); ++i) scored[i] = converted(scored[i], unit, models[i].output_unit);
@@ -190,6 +202,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   }
   console.print_json(document);
   console.print(shown.text);
+  if (exchange) console.next_step(*exchange);
   return ExitCode::ok;
 }
 

@@ -18,6 +18,7 @@
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/comparison.hpp"
+#include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/size_hint.hpp"
@@ -31,6 +32,7 @@
 #include "ident/validation/lags_note.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::cli {
 namespace {
@@ -107,6 +109,17 @@ void note_other_step(const ident::Model& model, const ValidateCommand& command, 
   }
 }
 
+/// The nonlinear effect that a model's own record shows, where another record shows another one; else empty.
+std::string effect_beside(const ident::Model& model, const ident::ValidationReport& other) {
+  const auto shown = [](const std::optional<ident::ValidationReport>& validation) {
+    const auto test = validation && validation->tests ? validation->tests->nonlinearity : std::nullopt;
+    return test && test->test.degrees > 0 && test->test.p < ident::kNonlinearLevel ? test : std::nullopt;
+  };
+  const auto own = shown(model.validation);
+  const auto here = shown(other);
+  return own && here && own->kind != here->kind ? std::string(ident::effect_of(*own)) : std::string();
+}
+
 /// Whether a file needs no option to be read, as `eha compare` has none.
 bool is_read_as_it_is(const importer::Options& o) {
   return !o.time && !o.input && !o.output && !o.delimiter && !o.decimal && !o.thousands && !o.period_s && !o.from_s &&
@@ -144,9 +157,13 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     throw DataError(fmt::format("{}: {}", command.source, error.what()));
   }
   const ident::ValidationReport& validation = scored_here.validation;
+  // One statement of one model: what its own record shows is said with what this one does.
+  const bool beside_ladder = model.verdict && model.verdict->beside_ladder;
+  const std::string own_effect = effect_beside(model, validation);
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
   identify::note_record(identify::task_of(source), model);
+  if (!own_effect.empty()) model.provenance[ident::kEffectOnOwnRecord] = own_effect;
   // Another record starts at another position, so the model's offset does not apply to it.
   ident::Model judged = model;
   if (validation.offset_reestimated) judged.validation->score = *validation.offset_reestimated;
@@ -154,6 +171,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   // The band belongs to the record that the model was estimated on.
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
   ident::RecordFacts facts{.interpolated_percent = identify::interpolated_percent(source)};
+  facts.beside_ladder = beside_ladder;
   const bool can_tell = scored_here.cannot_tell.empty();
   if (can_tell && scored_here.of_another_plant && scored_here.refit_rms_error > 0.0) {
     facts.error_over_refit = scored_here.rms_error / scored_here.refit_rms_error;
@@ -161,25 +179,33 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   model.verdict = ident::judge(judged, limits, facts);
   model.verdict->usable_band = band;
 
+  const auto exchanged = model.verdict->accepted ? std::nullopt : identify::exchanged_fit(source, options, scored_here);
+
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
   if (scored_here.refit) document["refit_rms_error"] = scored_here.refit_rms_error;
   if (scored_here.change) document["change"] = change_json(*scored_here.change, model);
+  if (exchanged) document["exchanged"] = {{"model", exchanged->name}, {"r2_percent", exchanged->r2_percent}};
   if (!can_tell) document["cannot_tell"] = scored_here.cannot_tell;
   console.print_json(document);
 
   const ident::Model shown = in_unit(model, console.unit(source.units));
   const ident::ValidationReport& scored = *shown.validation;
   // The verdict first, then what it rests on.
-  std::string text = fmt::format(
-      "{} on {}: {}\n", model.name, command.source,
-      can_tell ? std::string(ident::text(model.verdict->grade)) : "cannot tell whether it is of this plant");
-  for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
-  if (!can_tell) {
+  std::string text = fmt::format("{} on {}: {}\n", model.name, command.source,
+                                 can_tell || exchanged ? std::string(ident::text(model.verdict->grade))
+                                                       : "cannot tell whether it is of this plant");
+  if (exchanged) {
+    // What the checks of exchanged columns say is of no plant.
+    text += fmt::format("  Input{}.\n", identify::exchange_sentence(*exchanged, scored_here).substr(5));
+  } else {
+    for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
+  }
+  if (!can_tell && !exchanged) {
     text += fmt::format("  Cannot tell: {}. By its checks alone: {}.\n", scored_here.cannot_tell,
                         ident::text(model.verdict->grade));
   }
-  if (scored_here.of_another_plant) {
+  if (scored_here.of_another_plant && !exchanged) {
     const double factor = console.unit(source.units).factor(model.output_unit);
     text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
   }
@@ -193,10 +219,14 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   text += "  " + correlation_line("residual with input", validation.ccf, 0);
   ident::Model judged_as_shown = shown;
   if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
-  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty()) {
+  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty() && !exchanged) {
     text += wrapped(note, 0) + "\n";
   }
   console.print(text);
+  if (exchanged) {
+    console.next_step(importer::command_with(command.import, command.source, source.exchange));
+    return ExitCode::model_rejected;
+  }
   if (!model.verdict->accepted) {
     const std::string record = record_of(model);
     std::error_code ignored;
@@ -204,8 +234,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
         !source.run_folder && is_read_as_it_is(command.import) && std::filesystem::is_regular_file(record, ignored);
     if (scored_here.of_another_plant && is_of_file) {
       // The comparison of the model with this record is told already.
-      console.next_step(
-          fmt::format("eha compare {} {} -o comparison.html", shell_word(record), shell_word(command.source)));
+      console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(record),
+                                    shell_word(command.source), intersample_words(command.record.intersample)));
     } else if (source.run_folder || is_read_as_it_is(command.import)) {
       // The record's own report does not show this model.
       console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(command.model_file),

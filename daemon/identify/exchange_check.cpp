@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/identify/exchange_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/structure/structures.hpp"
 
 namespace eha::identify {
@@ -17,16 +20,11 @@ constexpr int kSamples = 4000;  // compared, about
 
 double r2_percent(const ident::Model& model) { return model.validation ? model.validation->score.r2_percent : 0.0; }
 
-}  // namespace
-
-std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
-                                          const Identification& identification) {
-  if (source.run_folder || task.options.split >= 1.0) return std::nullopt;
-  if (std::any_of(identification.models.begin(), identification.models.end(), is_accepted)) return std::nullopt;
+/// The best of the simplest models of the record the other way round; none below kFitsWell_percent.
+std::optional<ExchangedFit> other_way_round(const Source& source, ident::FitOptions options) {
   ident::Record exchanged = source.record;
   std::swap(exchanged.input, exchanged.output);
   std::swap(exchanged.input_channel, exchanged.output_channel);
-  ident::FitOptions options = task.options;
   options.procedure = ident::Procedure::standard;
   options.intervals = ident::IntervalMethod::straight;
   const auto rows = static_cast<int>(std::min<Eigen::Index>(exchanged.input.size(), 1'000'000'000));
@@ -44,10 +42,46 @@ std::optional<ExchangedFit> exchanged_fit(const Source& source, const Identifica
       continue;  // this one cannot be fitted the other way round
     }
   }
+  return best;
+}
+
+const ident::Score& score_of(const ScoredModel& scored) {
+  const auto& anew = scored.validation.offset_reestimated;
+  return anew ? *anew : scored.validation.score;
+}
+
+}  // namespace
+
+std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
+                                          const Identification& identification) {
+  if (source.run_folder || task.options.split >= 1.0) return std::nullopt;
+  if (std::any_of(identification.models.begin(), identification.models.end(), is_accepted)) return std::nullopt;
+  std::optional<ExchangedFit> best = other_way_round(source, task.options);
   const bool is_as_good_as_given =
       best && std::any_of(identification.models.begin(), identification.models.end(),
                           [&](const IdentifiedModel& m) { return r2_percent(m.result.model) >= best->r2_percent; });
   return is_as_good_as_given ? std::nullopt : best;
+}
+
+std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::FitOptions& options,
+                                          const ScoredModel& scored) {
+  if (source.run_folder || source.exchange.empty()) return std::nullopt;
+  const ident::Score& score = score_of(scored);
+  if (score.r2_percent >= kFitsWell_percent) return std::nullopt;
+  if (scored.refit) {
+    const double unexplained = (1.0 - 0.01 * score.r2_percent) * scored.refit_rms_error * scored.refit_rms_error;
+    if (100.0 * (1.0 - unexplained / score.mse) >= kFitsWell_percent) return std::nullopt;
+  }
+  ident::FitOptions in_halves = options;
+  in_halves.split = 0.5;
+  return other_way_round(source, in_halves);
+}
+
+std::string exchange_sentence(const ExchangedFit& other, const ScoredModel& scored) {
+  return fmt::format(
+      "input and output may be exchanged: as given the model has an R2 of {} %, and the other way round {}, fitted to "
+      "the file, has a validation R2 of {:.1f} %",
+      ident::percent_text(score_of(scored).r2_percent), other.name, other.r2_percent);
 }
 
 }  // namespace eha::identify

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "daemon/identify/comparison.hpp"
 #include "daemon/identify/identification.hpp"
 
 namespace eha::identify {
@@ -20,5 +21,13 @@ struct ExchangedFit {
 /// Cost: two fits of two or three parameters to a few thousand samples.
 [[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
                                                         const Identification& identification);
+
+/// The same of a model scored on a file: neither it nor its structure fitted to the file has such an R2.
+/// @param options  of the scores
+[[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::FitOptions& options,
+                                                        const ScoredModel& scored);
+
+/// "input and output may be exchanged: ...", without the command that exchanges them.
+[[nodiscard]] std::string exchange_sentence(const ExchangedFit& other, const ScoredModel& scored);
 
 }  // namespace eha::identify

@@ -69,7 +69,7 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
   for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
-                          ident::kWithoutGaps, ident::kWithinDeadBand}) {
+                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kEffectOnOwnRecord}) {
     model.provenance.erase(key);
   }
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);

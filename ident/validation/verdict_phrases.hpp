@@ -47,6 +47,10 @@ inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the option
 /// the dead band takes.
 inline constexpr const char* kWithinDeadBand = "within_dead_band";
 
+/// The provenance of a model judged on another record: the nonlinear effect that its own record shows, where the other
+/// record shows another one. As effect_of().
+inline constexpr const char* kEffectOnOwnRecord = "effect_on_own_record";
+
 /// What such gaps do, and the command that cuts them off; empty without any.
 [[nodiscard]] std::string gaps_in_record(const Model& model);
 

@@ -135,6 +135,12 @@ class Reasons {
     return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
   }
 
+  /// ", or, as its own record has it, on the direction of motion, ..." where that shows another effect.
+  [[nodiscard]] std::string effect_on_own_record() const {
+    const auto own = model_.provenance.find(kEffectOnOwnRecord);
+    return own == model_.provenance.end() ? std::string() : ", or, as its own record has it, on the " + own->second;
+  }
+
   /// A map takes dry friction for a dead band.
   [[nodiscard]] std::string_view friction_in_the_map() const {
     const NonlinearKind kind = model_.validation->tests->nonlinearity->kind;
@@ -207,9 +213,10 @@ class Reasons {
       case Kind::nonlinearity:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
-            "The plant is not linear as the structure is: the residual depends on the {} (p = {:.2g}), and at another "
+            "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
+            "another "
             "amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
-            effect_of(*model_.validation->tests->nonlinearity), c.value,
+            effect_of(*model_.validation->tests->nonlinearity), effect_on_own_record(), c.value,
             may_have_friction(model_, verdict_) ? ", or fit the structure with dry friction (eha fit --model friction)"
                                                 : "",
             friction_in_the_map());

@@ -130,6 +130,33 @@ TEST(ExchangedColumns, AreSuspectedWhereEveryModelIsRejected) {
   EXPECT_EQ(all.find("is read more slowly"), std::string::npos) << all;
 }
 
+TEST(ExchangedColumns, AreNamedFirstWhereAModelIsHeldAgainstThem) {
+  const TemporaryFolder folder;
+  folder.write("a.csv", positioner(1));
+  folder.write("x.csv", exchanged(positioner(1)));
+  ASSERT_EQ(run_eha({"fit", "a.csv", "--model", "io1", "--delay", "free", "-o", "m"}, folder.path()).code, 0);
+  // The columns are named after what they are not.
+  std::string text = content_of(folder.path() / "x.csv");
+  text.replace(0, text.find('\n'), "time_s,input_V,output_mm");
+  folder.write("x.csv", text);
+  const Ended held = run_eha({"validate", "m/io1.json", "x.csv"}, folder.path());
+  const std::string all = held.out + held.err;
+  EXPECT_EQ(held.code, 3) << all;
+  EXPECT_NE(held.out.find("rejected\n  Input and output may be exchanged: as given the model has an R2 of "),
+            std::string::npos)
+      << all;
+  EXPECT_EQ(held.out.find("amplitudes"), std::string::npos) << all;
+  EXPECT_NE(all.find("Next: eha validate m/io1.json x.csv --input 3 --output 2"), std::string::npos) << all;
+  const Ended compared = run_eha({"compare", "m/io1.json", "x.csv"}, folder.path());
+  EXPECT_NE(compared.err.find("input and output may be exchanged: "), std::string::npos) << compared.err;
+  EXPECT_NE((compared.out + compared.err).find("Next: eha validate m/io1.json x.csv --input 3 --output 2"),
+            std::string::npos)
+      << compared.out << compared.err;
+  // The right way round nothing is said.
+  const Ended right = run_eha({"validate", "m/io1.json", "a.csv"}, folder.path());
+  EXPECT_EQ((right.out + right.err).find("exchanged"), std::string::npos) << right.out;
+}
+
 /// Tones to a mass with dry friction of 0.33 V, that a lag of 83 ms and 5 mm/(V s) follow while it moves.
 std::string with_friction() {
   ident::PortableDraw draw(1);

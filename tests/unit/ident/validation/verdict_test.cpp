@@ -280,6 +280,18 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
                 "of 0.1 in (rms) does not matter, else record longer."}));
 }
 
+TEST(Verdict, NamesTheEffectThatTheModelsOwnRecordShowsBesideThatOfAnotherOne) {
+  Model model = good_model();
+  NonlinearityTest test{.test = {.statistic = 60.0, .degrees = 9, .p = 1e-6}};
+  model.validation->tests->nonlinearity = test;
+  test.kind = NonlinearKind::motion;
+  model.provenance[kEffectOnOwnRecord] = std::string(effect_of(test));
+  const std::string reason = judge(model, {}).reasons.front();
+  EXPECT_NE(reason.find("or, as its own record has it, on the direction of motion, as with dry friction or play (p ="),
+            std::string::npos)
+      << reason;
+}
+
 TEST(Verdict, OffersADeadTimeForALagThatWasFittedWithoutOne) {
   Model model = good_model();
   model.transfer_function = {{{0.06, 0.0}}, {{0.018, 0.0}, {1.0, 1.0}}, 0.0};
