@@ -60,9 +60,14 @@ bool moves_once(const Eigen::VectorXd& input) {
   return way < kWayOverRange * std::abs(means[kParts - 1] - means[0]);
 }
 
+struct PieceRemark {
+  std::string sentence;
+  std::optional<ident::RecordFacts::Piece> piece = {};  ///< none where a longer record tells no more
+};
+
 /// What to say of a record whose estimating part holds less than two periods of the input's fastest motion: many curves
 /// follow such a piece. A lone pulse is one, and may still tell the plant.
-std::optional<std::string> piece_remark(const IdentificationTask& task) {
+std::optional<PieceRemark> piece_remark(const IdentificationTask& task) {
   const double step_s = task.record.step_s;
   const auto rows = static_cast<double>(task.record.input.size()) - std::max(0.0, task.options.discard_s) / step_s;
   const auto estimating = static_cast<Eigen::Index>(rows * std::min(1.0, task.options.split));
@@ -74,15 +79,17 @@ std::optional<std::string> piece_remark(const IdentificationTask& task) {
   const double periods = estimating_s * moves->highest_Hz;
   if (periods >= kFewestPeriods) return {};
   if (const Eigen::VectorXd& input = task.record.input; moves_once(input)) {
-    return fmt::format(
+    return PieceRemark{fmt::format(
         "the input moves once, from {:.3g} to {:.3g}{}: other models may follow one motion as well, with another gain, "
         "and a longer record of it tells no more: play several steps up and down, or a multisine (eha design)",
-        input[0], input[input.size() - 1], ident::after_number(task.record.input_channel.unit));
+        input[0], input[input.size() - 1], ident::after_number(task.record.input_channel.unit))};
   }
-  return fmt::format(
+  const double enough_s = rows * step_s * kEnoughPeriods / periods;
+  std::string sentence = fmt::format(
       "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
       "no whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
-      estimating_s, periods, rows * step_s * kEnoughPeriods / periods);
+      estimating_s, periods, enough_s);
+  return PieceRemark{std::move(sentence), ident::RecordFacts::Piece{rows * step_s, enough_s}};
 }
 
 /// Why another share of the record estimates than the default.
@@ -361,7 +368,10 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.remarks.push_back(other_split_remark(*other, task));
   }
   const auto piece = piece_remark(task);
-  if (piece) named.remarks.push_back(*piece);
+  if (piece) {
+    named.remarks.push_back(piece->sentence);
+    named.piece = piece->piece;
+  }
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
   if (frequency_response) {
@@ -371,7 +381,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
-  if (piece) identification.warnings.push_back(*piece);
+  if (piece) identification.warnings.push_back(piece->sentence);
   identification.frequency_response = std::move(frequency_response);
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {

@@ -18,6 +18,7 @@
 #include "ident/signal/frequency_response.hpp"
 #include "ident/validation/first_step.hpp"
 #include "ident/validation/recommendation.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
 
@@ -42,6 +43,7 @@ struct IdentificationTask {
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.
   std::optional<double> noise_std = {};
   bool lacks_periods = false;                                 ///< as RecordFacts
+  std::optional<ident::RecordFacts::Piece> piece = {};        ///< of a record that is too short, as in RecordFacts
   bool is_split_given = false;                                ///< by the user; else identify() may choose another one
   bool judging_part_rests = false;                            ///< as in ident::Verdict; the split is 1 then
   ident::Intersample intersample = ident::Intersample::held;  ///< how `record` was made

@@ -48,6 +48,7 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
   return {.interpolated_percent = task.interpolated_percent,
           .noise_std = task.noise_std,
           .lacks_periods = task.lacks_periods,
+          .piece = task.piece,
           .holds_both_parts = true,
           .beside_ladder = task.structures.empty(),
           .judging_part_rests = task.judging_part_rests};

@@ -52,6 +52,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
      "of another plant"},
     {Kind::error_over_estimating, "error_over_estimating", "", Unit::none, Weight::lowers,
      "error over that of the estimating part", "unseen error {value} times the estimating one"},
+    {Kind::record_length, "record_length_s", "", Unit::none, Weight::rejects, "length of the record, s",
+     "record too short to judge"},
     {Kind::stability_margin, "stability_margin_rad", "", Unit::radian, Weight::rejects, "stability margin",
      "not stable enough"},
     {Kind::excitation_order, "excitation_order", "", Unit::none, Weight::lowers, "persistent excitation, order",

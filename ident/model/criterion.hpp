@@ -30,6 +30,7 @@ enum class CriterionKind : std::uint8_t {
   far_error_over_noise,   ///< the same, with so great an error that the model is wrong
   error_over_refit,       ///< on another record: against the same structure fitted to it
   error_over_estimating,  ///< rms error on the validation part over that on the estimating one
+  record_length,          ///< [s], of a record that is too short to judge the model on unseen data
   stability_margin,
   excitation_order,
   order_error,           ///< standard error of a free order

@@ -45,6 +45,11 @@ class Judgement {
     add({.kind = kind, .value = value, .limit = limit, .judged = false});
     lower(Grade::usable);
   }
+  /// Whether the record holds too little for a criterion, or nothing.
+  [[nodiscard]] bool lacks(Kind kind) const {
+    return std::none_of(verdict_.criteria.begin(), verdict_.criteria.end(),
+                        [&](const Criterion& c) { return c.kind == kind && c.judged; });
+  }
   void lower(Grade grade) { verdict_.grade = std::min(verdict_.grade, grade); }
 
   Verdict verdict() {
@@ -177,6 +182,13 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   }
 }
 
+/// Many models follow a piece of a motion, and there is nothing to tell them apart by where no test can judge.
+void judge_length(const Model& model, const RecordFacts& facts, Judgement& judgement) {
+  if (!facts.piece || !model.validation) return;
+  if (!judgement.lacks(Kind::residual_input) || !judgement.lacks(Kind::predicted_error)) return;
+  judgement.criterion(Kind::record_length, facts.piece->length_s, facts.piece->enough_s, false);
+}
+
 /// Compares the error on the unseen part with what the estimating one promises.
 void judge_unseen_part(const Model& model, Judgement& judgement) {
   if (!model.validation || !model.estimation || !(model.estimation->score.mse > 0.0)) return;
@@ -269,6 +281,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
                         *facts.error_over_refit <= kGreatestErrorOverRefit);
   }
   if (facts.holds_both_parts) judge_unseen_part(model, judgement);
+  judge_length(model, facts, judgement);
   judge_stability(model, limits, judgement);
   judge_slow_pair(model, judgement);
   judge_parameters(model, judgement);

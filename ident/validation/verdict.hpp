@@ -50,6 +50,12 @@ struct RecordFacts {
   /// On a record that the model has not seen, the rms error over that of the structure fitted to it; none where no
   /// parameter differs.
   std::optional<double> error_over_refit = {};
+  /// Length of a record whose estimating part is a piece of its slower motions [s], and the length that would do.
+  struct Piece {
+    double length_s = 0.0;
+    double enough_s = 0.0;
+  };
+  std::optional<Piece> piece = {};
   bool holds_both_parts = false;    ///< one part of it estimated the model, the other one validates it
   bool beside_ladder = false;       ///< every structure of the ladder is fitted to it too
   bool judging_part_rests = false;  ///< as in Verdict
@@ -69,14 +75,15 @@ struct RecordFacts {
 /// that is unstable or too near to it, a pole at 0 that its structure declares apart; a free order whose standard error
 /// exceeds 0.15 or whose term costs less than 10 of AR-BIC to leave out; a free coefficient whose 95 % interval does
 /// not exclude 0; an output at an end for more than 5 % of the samples; a valve map whose gain ratio is below -0.05,
-/// which is no valve; an error of more than ten times the noise unless the fit is 95 %; a record of which more than
-/// kMostInterpolated_percent was not measured, as an interpolated sample agrees with any smooth model. A model that is
-/// not rejected is good when it passes the rest too, else usable: each residual test at 1 %, no drift of the residual,
-/// no jump of the error, an AR-BIC at most kClearGain above that of the recommended model, no nonlinear effect in it
-/// (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a fresh input of at most 5 %,
-/// no stay at an end stop and at most 1 % of samples at which the output is at its limit and the model is not, a
-/// validating error (rms) of at most kGreatestErrorOverNoise times the noise and, unless the fit is 95 %, of at most
-/// kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating samples
+/// which is no valve; a record too short for its slower motions on whose unseen part neither a missing part of the
+/// plant nor the predicted error can be judged; an error of more than ten times the noise unless the fit is 95 %; a
+/// record of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any
+/// smooth model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1
+/// %, no drift of the residual, no jump of the error, an AR-BIC at most kClearGain above that of the recommended model,
+/// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
+/// fresh input of at most 5 %, no stay at an end stop and at most 1 % of samples at which the output is at its limit
+/// and the model is not, a validating error (rms) of at most kGreatestErrorOverNoise times the noise and, unless the
+/// fit is 95 %, of at most kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating samples
 /// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G. A
 /// criterion that a short record does not determine is not judged, and the model is usable: the residual tests that
 /// pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see

@@ -69,7 +69,7 @@ class Reasons {
     if (shows_no_motion(model_, verdict_)) return {no_motion()};
     if (cause_ == ErrorCause::frozen) return frozen();
     // What explains the other reasons comes first.
-    about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::converged});
+    about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::record_length, Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back(
@@ -169,6 +169,11 @@ class Reasons {
         return fmt::format(
             "Part of the record was not measured: {:.3g} % of its rows are interpolated, more than {:.3g} %; cut with "
             "--from and --to to a part that was, or record again.",
+            c.value, c.limit);
+      case Kind::record_length:
+        return fmt::format(
+            "Too short to judge: {:.3g} s, record at least {:.3g} s; other models follow such a piece of the input's "
+            "motion as well, with another gain.",
             c.value, c.limit);
       case Kind::converged:
         if (!model_.estimation) return {};

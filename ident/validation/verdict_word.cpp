@@ -61,10 +61,11 @@ std::string_view verdict_word(const Verdict& verdict) {
   };
   const auto asks_too_much = [](const Criterion& c) {
     return c.kind == CriterionKind::order_error || c.kind == CriterionKind::left_out ||
-           c.kind == CriterionKind::coefficient_interval;
+           c.kind == CriterionKind::coefficient_interval || c.kind == CriterionKind::record_length;
   };
   const auto is_unbounded = [&](const Criterion& c) {
-    return rejects(c) && c.kind == CriterionKind::coefficient_interval && !std::isfinite(c.value);
+    return rejects(c) && (c.kind == CriterionKind::record_length ||
+                          (c.kind == CriterionKind::coefficient_interval && !std::isfinite(c.value)));
   };
   const auto& all = verdict.criteria;
   const bool is_right_otherwise =

@@ -85,6 +85,23 @@ TEST(Identify, SaysOfAPieceThatManyCurvesFollowIt) {
   EXPECT_EQ(found.models.at(0).result.model.provenance.at("remarks"), warning) << "a report has it from there";
 }
 
+TEST(Identify, RecommendsNoModelOfAPieceThatNothingJudges) {
+  Source source = lag_source();
+  ident::PortableDraw draw(5);
+  // 2 s of a tone of 4 s, with noise.
+  source.record.input.resize(100);
+  for (Eigen::Index k = 0; k < 100; ++k) source.record.input[k] = std::sin(0.01 * std::numbers::pi * double(k));
+  const ident::TransferFunction lag{{{1.5, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0};
+  source.record.output = ident::simulate(lag, source.record.input, 0.02);
+  for (double& y : source.record.output) y += 0.03 * draw.normal();
+  const Identification found = identify(source, task_with_one_pole(source), {}, {});
+  EXPECT_EQ(found.recommendation.model, "");
+  const ident::Verdict& verdict = *found.models.at(0).result.model.verdict;
+  EXPECT_FALSE(verdict.accepted);
+  ASSERT_FALSE(verdict.reasons.empty());
+  EXPECT_EQ(verdict.reasons.front().rfind("Too short to judge: 2 s, record at least ", 0), 0U) << verdict.reasons[0];
+}
+
 TEST(Identify, AsksForMoreMotionsWhereTheInputMovesOnce) {
   // However long it is recorded, one motion is one.
   for (const Eigen::Index rows : {600, 6000}) {

@@ -280,6 +280,20 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
                 "of 0.1 in (rms) does not matter, else record longer."}));
 }
 
+TEST(Verdict, RejectsAPieceOfAMotionWhoseErrorNothingJudges) {
+  const RecordFacts piece{.piece = RecordFacts::Piece{5.0, 38.0}};
+  Model model = good_model();
+  EXPECT_EQ(judge(model, {}, piece).grade, Grade::good) << "its tests judge it";
+  model.validation->tests.reset();
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable);
+  const Verdict verdict = judge(model, {}, piece);
+  EXPECT_EQ(verdict.grade, Grade::rejected);
+  EXPECT_EQ(verdict.word, kNotDetermined);
+  EXPECT_EQ(verdict.reasons.front(),
+            "Too short to judge: 5 s, record at least 38 s; other models follow such a piece of the input's motion as "
+            "well, with another gain.");
+}
+
 TEST(Verdict, NamesTheEffectThatTheModelsOwnRecordShowsBesideThatOfAnotherOne) {
   Model model = good_model();
   NonlinearityTest test{.test = {.statistic = 60.0, .degrees = 9, .p = 1e-6}};
