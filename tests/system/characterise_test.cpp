@@ -160,7 +160,7 @@ TEST(CharacteriseAndAShortRun, LeaveTheSheetInForceWhereTheRecordKnowsTheNullLes
   const TemporaryFolder folder;
   std::string text = content_of(source_file("config/experiments/paper.toml"));
   const std::string length = "duration_s = 50.0";
-  folder.write("short.toml", text.replace(text.find(length), length.size(), "duration_s = 12.0"));
+  folder.write("short.toml", text.replace(text.find(length), length.size(), "duration_s = 18.0"));
   const Ended ended =
       run_eha({"run", "short.toml", "--local", "--fast", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
   EXPECT_NE(ended.out.find("null -0.2"), std::string::npos) << ended.out;
