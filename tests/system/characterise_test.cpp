@@ -165,7 +165,8 @@ TEST(CharacteriseAndAShortRun, LeaveTheSheetInForceWhereTheRecordKnowsTheNullLes
       run_eha({"run", "short.toml", "--local", "--fast", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
   EXPECT_NE(ended.out.find("null -0.2"), std::string::npos) << ended.out;
   EXPECT_EQ(ended.err.find("are for another valve"), std::string::npos) << ended.err;
-  EXPECT_EQ(ended.out.find("eha characterise"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("eha characterise ", ended.out.find("Next: ")), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.err.find("eha characterise"), std::string::npos) << ended.err;
 }
 
 TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
