@@ -58,16 +58,19 @@ Console::Console(const ConsoleOptions& options)
 }
 
 void Console::error(std::string_view text) const {
+  std::cout.flush();  // in one file with the errors no line is torn
   for_each_line(terminal_text(text), [](std::string_view line) { spdlog::error("{}", line); });
 }
 
 void Console::warning(std::string_view text) const {
   const bool is_named = subject_.empty() || text.find(subject_) != std::string_view::npos;
   const std::string whole = is_named ? std::string(text) : subject_ + ": " + std::string(text);
+  std::cout.flush();
   for_each_line(terminal_text(whole), [](std::string_view line) { spdlog::warn("{}", line); });
 }
 
 void Console::info(std::string_view text) const {
+  std::cout.flush();
   for_each_line(terminal_text(text), [](std::string_view line) { spdlog::info("{}", line); });
 }
 

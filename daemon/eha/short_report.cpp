@@ -179,14 +179,19 @@ std::string map_text(const Model& model) {
   return text;
 }
 
-/// What the intervals of a valve's null and dead band do not hold; empty where the map or a warning says more of them.
+/// What the intervals of a valve's null and dead band do not hold; empty where the map says more of them.
 std::string map_caution(const Model& model) {
   const bool has_interval = std::any_of(model.parameters.begin(), model.parameters.end(), [](const auto& p) {
     using Role = ident::ParameterRole;
     return (p.role == Role::valve_null || p.role == Role::dead_band) && !p.fixed && p.upper95 > p.lower95;
   });
-  if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model) || !ident::map_note(model).empty())
-    return {};
+  if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model)) return {};
+  if (const std::optional<double> shift = ident::noted_shift(model); shift && !ident::is_one_way(*model.input_map)) {
+    return fmt::format(
+        "each may be up to {:.2g} V off the valve's, whatever its interval says: eha characterise measures them",
+        *shift);
+  }
+  if (!ident::map_note(model).empty()) return {};
   return "null and dead band +- this record's noise; friction and the structure shift them further: eha characterise "
          "measures them";
 }

@@ -70,6 +70,9 @@ TEST(ShortReport, CautionsOfTheIntervalsOfNullAndDeadBand) {
   null.lower95 = -0.202;
   null.upper95 = -0.198;
   EXPECT_NE(short_report(answer, {}).find(kCaution), std::string::npos) << short_report(answer, {});
+  model.validation->map_error = 0.04;
+  EXPECT_NE(short_report(answer, {}).find("each may be up to 0.08 V off the valve's"), std::string::npos)
+      << short_report(answer, {});
   null.fixed = true;
   EXPECT_EQ(short_report(answer, {}).find(kCaution), std::string::npos) << "it is held, not measured";
 }
