@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/capitalised.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/change_text.hpp"
@@ -197,7 +198,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
                                                        : "cannot tell whether it is of this plant");
   if (exchanged) {
     // What the checks of exchanged columns say is of no plant.
-    text += fmt::format("  Input{}.\n", identify::exchange_sentence(*exchanged, scored_here).substr(5));
+    text += fmt::format("  {}.\n", capitalised(identify::exchange_sentence(*exchanged, scored_here)));
   } else {
     for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
   }

@@ -399,8 +399,7 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   if (are_steps) {
     comparison.notes.push_back(
         "Each record has one step, which shows gain, time constant and dead time between its two levels; a dead band, "
-        "a "
-        "null or another gain at other levels shows only with an input of many levels in both records");
+        "a null or another gain at other levels shows only with an input of many levels in both records");
   } else if (!without_map.empty() && !(comparison.has_dead_time && are_plain)) {
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }

@@ -94,8 +94,7 @@ std::string missing_code_text(const MissingCode& code, const std::string& column
   if (code.dropouts > 0) {
     return fmt::format(
         "{} drops to 0 and comes back within a row in {} place{}, {} rows in all, as where a contact is loose or a "
-        "signal "
-        "is lost",
+        "signal is lost",
         column, code.dropouts, code.dropouts == 1 ? "" : "s", count);
   }
   return fmt::format("{} row{} of {} hold{} {:.6g}, a code for missing values", count, count == 1 ? "" : "s", column,

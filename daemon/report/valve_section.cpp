@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "core/capitalised.hpp"
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
@@ -73,10 +74,7 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
   }
-  if (std::string note = ident::map_note(model); !note.empty()) {
-    note.front() = 'T';
-    remark.seen += " " + note + ".";
-  }
+  if (const std::string note = ident::map_note(model); !note.empty()) remark.seen += " " + capitalised(note) + ".";
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;
     // What is compensated by numbers of which one is wrong is worse than nothing.

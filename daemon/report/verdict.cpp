@@ -5,11 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <string_view>
 
+#include "core/capitalised.hpp"
 #include "core/shell_word.hpp"
 #include "core/time_text.hpp"
 #include "daemon/record/manifest.hpp"
@@ -147,11 +147,7 @@ std::string box(const char* kind, const std::string& heading, const std::string&
 }
 
 /// The note on a map that shows no dead band, as a sentence.
-std::string map_sentence(const Model& model) {
-  std::string note = ident::map_note(model) + ".";
-  note.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(note.front())));
-  return note;
-}
+std::string map_sentence(const Model& model) { return capitalised(ident::map_note(model)) + "."; }
 
 /// What to know of a map in whose dead band the rod moves; empty for another map. @param sheet  null: none is known
 std::string caution_of_map(const Model& model, const SheetComparison* sheet) {
@@ -413,8 +409,7 @@ Section models_section(const Subject& subject) {
                         rows);
   overview.html += paragraph(
       "Fit, R2 and error are of the unseen part; fit and R2 are 100 % for a perfect model. Notes: what a model fails "
-      "in "
-      "or is not judged in.");
+      "in or is not judged in.");
   if (const auto pictured = subject.pictured(); pictured.size() < subject.models.size()) {
     const std::string shown =
         pictured.size() == 1
@@ -432,8 +427,7 @@ Section models_section(const Subject& subject) {
     if (word != ident::kOutdone) {
       sentence += " No controller should rest on it, so in a run its file lies in models/rejected.";
     }
-    sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));
-    overview.html += paragraph(sentence);
+    overview.html += paragraph(capitalised(sentence));
   }
   section.items.push_back(std::move(overview));
   Item choice{.heading = "Estimating part, parameters and AR-BIC of every model", .folded = true};

@@ -6,9 +6,6 @@
 
 namespace eha::ident {
 
-/// Time that the fit of a model compared [s]; 0 where the model does not say.
-[[nodiscard]] double compared_s(const Model& model);
-
 /// Whether a plant at a constant input comes to rest, within a fifth of the record that estimated it. A constant added
 /// to its input is then one added to its output: input_bias is the level before that record's first row, not a property
 /// of the plant. False for a grey box, and for a model that does not say how long its record was.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -44,7 +45,7 @@ bool may_have_friction(const Model& model, const Verdict& verdict) {
   const bool map_holds_it =
       model.input_map && model.validation && model.validation->score.fit_percent >= kMapHolds_percent;
   // An integrator that takes in a drift is none of the plant's.
-  const bool is_drift = fails_any(verdict, {Kind::slow_pair});
+  const bool is_drift = takes_in_a_drift(verdict);
   return !map_holds_it && !is_drift && !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion &&
          model.stability && model.stability->integrator_order > 0.0;
 }

@@ -69,8 +69,8 @@ std::optional<double> slow_pair_over_record(const Model& model) {
   return pair_s / record_s;
 }
 
-bool takes_in_a_drift(const Model& model) {
-  return model.verdict && fails_any(*model.verdict, {CriterionKind::slow_pair});
-}
+bool takes_in_a_drift(const Verdict& verdict) { return fails_any(verdict, {CriterionKind::slow_pair}); }
+
+bool takes_in_a_drift(const Model& model) { return model.verdict && takes_in_a_drift(*model.verdict); }
 
 }  // namespace eha::ident

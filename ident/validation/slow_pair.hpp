@@ -24,6 +24,8 @@ struct PoleAndZero {
 [[nodiscard]] std::optional<PoleAndZero> cancelling_pair(const Model& model);
 
 /// Whether the verdict of a model says so: it is recommended, and simulated with, only where no other one is accepted.
+[[nodiscard]] bool takes_in_a_drift(const Verdict& verdict);
+/// False without a verdict.
 [[nodiscard]] bool takes_in_a_drift(const Model& model);
 
 }  // namespace eha::ident

@@ -21,6 +21,7 @@
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/first_step.hpp"
 #include "ident/validation/map_error.hpp"
+#include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -219,8 +220,7 @@ class Reasons {
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
         return fmt::format(
             "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
-            "another "
-            "amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
+            "another amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
             effect_of(*model_.validation->tests->nonlinearity), effect_on_own_record(), c.value,
             may_have_friction(model_, verdict_) ? ", or fit the structure with dry friction (eha fit --model friction)"
                                                 : "",
@@ -492,8 +492,7 @@ class Reasons {
     }
     if (c.kind == Kind::error_over_noise) {
       return "Not judged how far the error lies above the noise: the record holds too few periods of its excitation, "
-             "less than "
-             "2 behind the discarded time, to measure the noise from; play more repetitions.";
+             "less than 2 behind the discarded time, to measure the noise from; play more repetitions.";
     }
     return {};
   }
@@ -604,15 +603,13 @@ class Reasons {
 
   void note_cancelling_pair() {
     const auto pair = cancelling_pair(model_);
-    if (!pair || !rejections_.empty() || takes_a_drift()) return;
+    if (!pair || !rejections_.empty() || takes_in_a_drift(verdict_)) return;
     const double most = std::max(pair->pole_s / pair->zero_s, pair->zero_s / pair->pole_s) - 1.0;
     notes_.push_back(fmt::format(
         "A pole and a zero nearly cancel: T = {:.3g} s and TD = {:.3g} s together change the response by at "
         "most {:.2g} %; take them for a small correction of the fit, not for time constants of the rig.",
         pair->pole_s, pair->zero_s, 100.0 * most));
   }
-
-  [[nodiscard]] bool takes_a_drift() const { return fails_any(verdict_, {Kind::slow_pair}); }
 
   [[nodiscard]] const ParameterEstimate* find(const std::string& name) const {
     const auto at = std::find_if(model_.parameters.begin(), model_.parameters.end(),

@@ -467,17 +467,22 @@ TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
   }
 }
 
-TEST(Verdict, OffersNoFrictionToAModelThatTakesInADrift) {
-  Model model = good_model();
-  model.transfer_function = {{{3.2, 1.0}, {-0.0008, 0.0}}, {{40.0, 2.0}, {1.0, 1.0}}, 0.0};
-  model.estimation->score.samples = 490;
-  model.estimation->compared_step_s = 1.0;
+/// An integrating model, whose residual follows the direction of motion.
+void integrate_with_friction(Model& model) {
   model.stability.emplace().stable = true;
   model.stability->margin_rad = 1.0;
   model.stability->integrator_order = 1.0;
   model.validation->tests->input.p = 1e-5;
   model.validation->tests->nonlinearity =
       NonlinearityTest{{.statistic = 90.0, .degrees = 6, .p = 1e-9}, NonlinearKind::motion};
+}
+
+TEST(Verdict, OffersNoFrictionToAModelThatTakesInADrift) {
+  Model model = good_model();
+  model.transfer_function = {{{3.2, 1.0}, {-0.0008, 0.0}}, {{40.0, 2.0}, {1.0, 1.0}}, 0.0};
+  model.estimation->score.samples = 490;
+  model.estimation->compared_step_s = 1.0;
+  integrate_with_friction(model);
   const Verdict verdict = judge(model, {});
   ASSERT_TRUE(verdict.reasons.front().starts_with("A drift is taken for the plant")) << verdict.reasons.front();
   EXPECT_FALSE(may_have_friction(model, verdict));
@@ -486,12 +491,7 @@ TEST(Verdict, OffersNoFrictionToAModelThatTakesInADrift) {
 
 TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   Model model = good_model();
-  model.stability.emplace().stable = true;
-  model.stability->margin_rad = 1.0;
-  model.stability->integrator_order = 1.0;
-  model.validation->tests->input.p = 1e-5;
-  model.validation->tests->nonlinearity =
-      NonlinearityTest{{.statistic = 90.0, .degrees = 6, .p = 1e-9}, NonlinearKind::motion};
+  integrate_with_friction(model);
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_GE(reasons.size(), 2U);
   EXPECT_NE(reasons[0].find("; fit the structure with dry friction (eha fit --model friction), or record larger "
