@@ -33,7 +33,10 @@ void check_input(const Record& record, const StructureOptions& asked, const FitO
         "the request for {}",
         asked.name, -*options.input_before, asked.structure.input_map.bias.key.name));
   }
-  if (!is_constant(record.input)) return;
+  if (!is_constant(record.input)) {
+    require_more_than_two_levels(asked, record.input, record.input_channel.unit);
+    return;
+  }
   const std::string& unit = record.input_channel.unit;
   const std::string input = fmt::format("record: the input is constant at {} {}", record.input[0], unit);
   if (options.input_before && *options.input_before == record.input[0]) {

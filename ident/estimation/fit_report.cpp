@@ -9,6 +9,7 @@
 #include "ident/model/earlier_files.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/signal/autoregression.hpp"
+#include "ident/signal/held_levels.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
 #include "ident/uncertainty/profile.hpp"
@@ -28,8 +29,6 @@ constexpr Eigen::Index kShortestStay = 5;
 constexpr double kBulgeOverNoise = 3.0;
 constexpr double kBeyond = 0.5;  // of the estimating range: a linear model has no other gain there
 constexpr double kBeyondWithMap = 0.1;
-constexpr double kSameLevel = 0.02;  // of the input's range
-constexpr double kElsewhere = 0.05;  // of the rows
 
 /// Value of a parameter of a model whose terms stand by rising order.
 double value_in(const Model& model, const ParameterKey& key) {
@@ -92,18 +91,6 @@ double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd&
   const double noise = std::sqrt(autoregression(measured - simulated).variance);
   if (!(bulge / static_cast<double>(count) > kBulgeOverNoise * noise)) return 0.0;
   return 100.0 * static_cast<double>(count) / static_cast<double>(measured.size());
-}
-
-/// The values of an input that is nearly always at one of two; nothing of another.
-std::optional<InputLevels> few_levels(const Eigen::VectorXd& input) {
-  const InputLevels levels{input.minCoeff(), input.maxCoeff()};
-  const double near = kSameLevel * (levels.upper - levels.lower);
-  const auto at = [&](double level) { return ((input.array() - level).abs() <= near).count(); };
-  if (!(levels.upper > levels.lower)) return levels;
-  // A record that begins at rest has a third level for a while.
-  const Eigen::Index elsewhere = input.size() - at(levels.lower) - at(levels.upper);
-  if (static_cast<double>(elsewhere) > kElsewhere * static_cast<double>(input.size())) return {};
-  return levels;
 }
 
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
@@ -250,7 +237,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
   report.tests = residual_tests(
       tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
-  report.input_levels = few_levels(record.input);
+  if (const auto levels = two_levels(record.input)) report.input_levels = InputLevels{(*levels)[0], (*levels)[1]};
   report.faster_r2_percent = r2_of_faster_percent(measured, simulated);
   const ComparedRows rows{result.time_s, input, result.measured, result.simulated};
   report.end_stop = end_stop(rows);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "ident/signal/held_levels.hpp"
 #include "ident/structure/parameter_requests.hpp"
 
 namespace eha::ident {
@@ -124,6 +125,19 @@ StructureOptions with_sides_of(const Eigen::Ref<const Eigen::VectorXd>& input, S
   asked.parameters.push_back({valve.null.key.name, true, 0.0, {}, {}});
   asked.parameters.push_back({valve.negative_gain_ratio.key.name, true, 1.0, {}, {}});
   return asked;
+}
+
+void require_more_than_two_levels(const StructureOptions& asked, const Eigen::Ref<const Eigen::VectorXd>& input,
+                                  const std::string& unit) {
+  if (!asked.structure.input_map.valve) return;
+  const ValveParameters& valve = *asked.structure.input_map.valve;
+  if (!is_estimated(asked, valve.dead_band) && !is_estimated(asked, valve.negative_gain_ratio)) return;
+  const auto levels = two_levels(input);
+  if (!levels) return;
+  throw DataError(fmt::format(
+      "model {}: the input stays at two levels, {:.4g} and {:.4g} {}, which show nothing of a valve map: fit "
+      "without a map, or record more levels",
+      asked.name, (*levels)[0], (*levels)[1], unit));
 }
 
 void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::VectorXd>& input,

@@ -50,6 +50,10 @@ void move_null(const Parametrisation& parametrisation, Eigen::VectorXd& theta, d
 /// are.
 [[nodiscard]] StructureOptions with_sides_of(const Eigen::Ref<const Eigen::VectorXd>& input, StructureOptions asked);
 
+/// @throws DataError  the input stays at two levels and a dead band or gain ratio is wanted of it
+void require_more_than_two_levels(const StructureOptions& asked, const Eigen::Ref<const Eigen::VectorXd>& input,
+                                  const std::string& unit);
+
 /// @param input  of the rows that estimate
 /// @throws DataError  fewer than kLeastShareOfASide of them lie above the dead band, or below it; where the input has
 ///                    one side alone, beyond the dead band, or within it

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/signal/held_levels.hpp"
 
 namespace eha::ident {
 namespace {
@@ -84,6 +85,15 @@ Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen
     walk.col(k) = column;
   }
   return walk;
+}
+
+Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
+  const Eigen::VectorXd& input = outputs.record().input;
+  const Eigen::VectorXd levels = held_levels(input);
+  if (grows(model.transfer_function) || levels == input) return Eigen::MatrixXd(rows, 0);
+  const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
+  return outputs.response(model.transfer_function, through_map(input) - through_map(levels)).tail(rows);
 }
 
 }  // namespace eha::ident

@@ -26,4 +26,10 @@ namespace eha::ident {
 [[nodiscard]] Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
                                             const Eigen::Ref<const Eigen::VectorXd>& residual);
 
+/// What the noise of the input's channel leaves in the output of the model, as the plant got the levels of
+/// held_levels() alone: G (u - levels) at the compared rows from `first` on.
+/// @returns rows by 1; rows by 0 where the model grows or the input has no such levels, or no noise on them
+/// Cost: a simulation.
+[[nodiscard]] Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first);
+
 }  // namespace eha::ident

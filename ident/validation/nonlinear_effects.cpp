@@ -10,6 +10,7 @@
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_output.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/signal/held_levels.hpp"
 
 namespace eha::ident {
 namespace {
@@ -43,9 +44,10 @@ Eigen::VectorXd direction(const Eigen::VectorXd& signal) {
 
 /// The model's output at every row. A longer record has it filtered at fewer rows and straight lines between them, for
 /// the tables of all of its rows would take 200 bytes a row.
-Eigen::VectorXd output_of_every_row(const Model& model, const Record& record) {
-  const Eigen::Index rows = record.input.size();
-  if (rows <= kMostWholeRows || model.grey_box) return simulate(model, record.input, record.step_s);
+/// @param input  of the record, without its noise
+Eigen::VectorXd output_of_every_row(const Model& model, const Record& record, const Eigen::VectorXd& input) {
+  const Eigen::Index rows = input.size();
+  if (rows <= kMostWholeRows || model.grey_box) return simulate(model, input, record.step_s);
   const auto every = static_cast<std::size_t>(1 + (rows - 1) / kFewerRows);
   const Comparison comparison = compare_every(static_cast<std::size_t>(rows), every, 0);
   OutputOnRecord fewer(record, comparison);
@@ -176,7 +178,9 @@ std::string_view text(GainTrend trend) {
 std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnRecord& outputs, std::size_t first) {
   if (grows(model.transfer_function)) return {};
   const Record& record = outputs.record();
-  const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, record.input) : record.input);
+  // Noise of the input's channel did not reach the plant; kept, an effect of it would stand for the noise itself.
+  const Eigen::VectorXd input = held_levels(record.input);
+  const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, input) : input);
   Columns columns(model, outputs, static_cast<Eigen::Index>(first));
   const Eigen::Index lag = least_input_lag(outputs.comparison());
   const std::array<Eigen::Index, 3> input_lags = {lag, lag + 1, lag + 2};
@@ -192,7 +196,7 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnReco
   all.push_back(columns.taken(NonlinearKind::level));
   add_input(direction(v));
   all.push_back(columns.taken(NonlinearKind::direction));
-  const Eigen::VectorXd y = about_mean(output_of_every_row(model, record));
+  const Eigen::VectorXd y = about_mean(output_of_every_row(model, record, input));
   columns.add(direction(y), kOutputLags);
   all.push_back(columns.taken(NonlinearKind::motion));
   columns.add_through_plant(v.cwiseProduct(y));

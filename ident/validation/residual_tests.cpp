@@ -296,7 +296,10 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.parameter_error =
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
-  part.input_error = rounding_walk(model, outputs, begin, residual);
+  const Eigen::MatrixXd rounding = rounding_walk(model, outputs, begin, residual);
+  const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
+  part.input_error.resize(rows, rounding.cols() + noise.cols());
+  part.input_error << rounding, noise;
   if (effects == Effects::leave_out) return part;
   part.effects = nonlinear_effects(model, outputs, static_cast<std::size_t>(begin));
   const Eigen::VectorXd output = picked(outputs.record().output, comparison).tail(rows);

@@ -209,6 +209,30 @@ TEST(ResidualTests, RarelyTakeALinearPlantForAnother) {
   EXPECT_LE(feedback, 0.02 * kRecords);
 }
 
+TEST(ResidualTests, DoNotTakeTheNoiseOfTheInputsChannelForANonlinearPlant) {
+  constexpr int kRecords = 200;
+  std::mt19937_64 draw(31);
+  const Model model = fractional(0.3, 2.0, 1.0, 0.8, 1.0);
+  for (const double spacing : {4.0, 0.7}) {  // two levels and seven
+    int nonlinear = 0;
+    int moved = 0;
+    for (int run = 0; run < kRecords; ++run) {
+      Record record;
+      record.step_s = 0.05;
+      record.input = (levels(draw) / spacing).array().floor() * spacing + 0.5 * spacing;
+      record.output = simulate(model, record.input, record.step_s);
+      for (double& u : record.input) u += 0.02 * normal(draw);
+      for (double& y : record.output) y += 0.01 * normal(draw);
+      const ResidualTests tests = validate(model, record, {}).tests.value();
+      nonlinear += tests.nonlinearity.value().test.p < 0.01 ? 1 : 0;
+      moved += tests.input.p < 0.01 ? 1 : 0;
+    }
+    // The levels' means have errors left, which are not among the effects that the test allows for.
+    EXPECT_LE(nonlinear, 0.08 * kRecords) << spacing;
+    EXPECT_LE(moved, 0.04 * kRecords) << spacing;
+  }
+}
+
 TEST(ResidualTests, FindThatTheOutputComesBeforeTheInput) {
   std::mt19937_64 draw(29);
   const Model plant = fractional(0.3, 2.0, 1.0, 0.8, 1.0);
