@@ -19,8 +19,9 @@ namespace {
 constexpr std::array kTimeNames = std::to_array<std::string_view>(
     {"t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "seconds", "sec", "sekunden", "tout"});
 constexpr std::array kInputNames = std::to_array<std::string_view>(
-    {"u",   "uin",   "vin",    "input", "voltage", "volt", "volts",      "spannung", "tension", "command", "commande",
-     "cmd", "valve", "ventil", "stell", "eingang", "entr", "excitation", "anregung", "drive",   "servo"});
+    {"u",        "uin",      "vin",   "input",  "voltage", "volt",         "volts",   "spannung", "tension",
+     "command",  "commande", "cmd",   "valve",  "ventil",  "stell",        "eingang", "entr",     "excitation",
+     "anregung", "drive",    "servo", "heater", "heizung", "heizleistung", "pump",    "pumpe"});
 constexpr std::array kOutputNames = std::to_array<std::string_view>(
     {"y",      "output",  "displacement", "placement", "position", "pos",    "weg",     "hub",
      "stroke", "ausgang", "sortie",       "lvdt",      "rod",      "kolben", "travel",  "response",
@@ -39,12 +40,15 @@ constexpr std::array kPressureNames =
 /// Of a temperature; those of oil are, beside a T.
 constexpr std::array kTemperatureNames = std::to_array<std::string_view>({"temperatur", "oiltemp", "öltemp"});
 constexpr std::array kOilNames = std::to_array<std::string_view>({"oil", "oel", "öl", "Öl", "huile", "tank"});
+/// Of what surrounds the plant.
+constexpr std::array kAmbientNames =
+    std::to_array<std::string_view>({"ambient", "raumtemperatur", "umgebung", "room", "raum"});
 constexpr std::array kTemperatureUnits = std::to_array<std::string_view>({"degC", "°C", "C", "degF", "°F", "F", "K"});
 constexpr std::array kIndexNames = std::to_array<std::string_view>(
     {"", "index", "idx", "unnamed: 0", "#", "n", "no", "nr", "row", "sample", "samples", "zeile", "i", "k"});
 constexpr std::array kTimeUnits = std::to_array<std::pair<std::string_view, double>>(
     {{"s", 1.0}, {"ms", 1e-3}, {"us", 1e-6}, {"ns", 1e-9}, {"min", 60.0}, {"h", 3600.0}});
-constexpr std::array kInputUnits = std::to_array<std::string_view>({"V", "mV", "kV", "A", "mA", "%"});
+constexpr std::array kInputUnits = std::to_array<std::string_view>({"V", "mV", "kV", "A", "mA", "%", "W", "kW"});
 constexpr std::array kOutputUnits =
     std::to_array<std::string_view>({"in", "mm", "cm", "dm", "m", "um", "ft", "deg", "rad"});
 constexpr std::array kForceUnits =
@@ -249,7 +253,10 @@ Hints hints_of(std::string_view name, std::string_view unit) {
   const std::vector<std::string> words = words_of(telling_field(name));
   Hints hints;
   // LabVIEW's column of times.
-  const bool is_time = has_word(words, kTimeNames) || name == "X_Value";
+  // "t" is a time, "T_block" a temperature.
+  const bool is_of_place =
+      words.size() > 1 && words.front() == "t" && telling_field(name).starts_with('T') && !seconds_in(unit);
+  const bool is_time = (has_word(words, kTimeNames) && !is_of_place) || name == "X_Value";
   hints.time = (is_time ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);
   hints.output = (has_word(words, kOutputNames) ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
@@ -262,14 +269,16 @@ Hints hints_of(std::string_view name, std::string_view unit) {
   hints.is_demand_as_input = is_demand_as_input(words, unit);
   hints.is_pressure = holds(kForceUnits, unit) || has_word(words, kPressureNames);
   hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
-  const bool is_named =
-      has_word(words, kTemperatureNames) || holds(words, "temp") || (holds(words, "t") && has_word(words, kOilNames));
+  const bool is_named = has_word(words, kTemperatureNames) || holds(words, "temp") ||
+                        (holds(words, "t") && has_word(words, kOilNames)) || is_of_place;
   hints.names_temperature = is_named || holds(kTemperatureUnits, unit);
   if (holds(kTemperatureUnits, unit) || (is_named && unit.empty())) {
     hints.time = 0;
     hints.is_temperature = true;
     hints.is_beside = true;
   }
+  hints.is_ambient = has_word(words, kAmbientNames);
+  hints.is_beside = hints.is_beside || hints.is_ambient;
   hints.is_letter_t = unit.empty() && trimmed(name) == "T";
   hints.index = holds(kIndexNames, lower(trimmed(name))) ? 2 : 0;
   return hints;

@@ -35,6 +35,7 @@ std::string comparable(std::string_view name) {
 
 /// For the example of a question: a place before a pressure, and a temperature last.
 int rank_as_output(const Hints& hints) {
+  if (hints.is_ambient) return -3;
   if (hints.names_temperature) return -2;
   if (hints.is_set_point || hints.is_demand_as_input) return -1;
   if (hints.output > hints.input) return 4;
@@ -43,6 +44,7 @@ int rank_as_output(const Hints& hints) {
 }
 
 int rank_as_input(const Hints& hints) {
+  if (hints.is_ambient) return -3;
   if (hints.names_temperature) return -2;
   if (hints.is_set_point || hints.is_demand_as_input) return -1;
   if (hints.input > hints.output) return 4;
@@ -360,8 +362,13 @@ class Finder {
         return std::pair(is_filled(a), rank(a)) < std::pair(is_filled(b), rank(b));
       });
     };
-    if (!input) input = next_free(output, [&](std::size_t i) { return rank_as_input(hints_[i]); });
-    if (!output) output = next_free(input, [&](std::size_t i) { return rank_as_output(hints_[i]); });
+    if (!input) {
+      input = next_free(output, [&](std::size_t i) { return std::pair(rank_as_input(hints_[i]), is_held(i)); });
+    }
+    if (!output) {
+      // As in a record the output stands behind its input.
+      output = next_free(input, [&](std::size_t i) { return std::pair(rank_as_output(hints_[i]), i > *input); });
+    }
     std::string extra;
     if (roles.time && !options_.time && times_.empty()) extra += fmt::format("--time {} ", *roles.time + 1);
     if (!options_.input) extra += fmt::format("--input {} ", *input + 1);
@@ -374,6 +381,14 @@ class Finder {
     throw ColumnsAsked(fmt::format("{}: which columns are input and output? It has {} columns: {}.", table_.place(),
                                    columns_.size(), list()),
                        std::move(answer), command(extra));
+  }
+
+  /// Whether a column keeps its value in most rows, and moves: a command that steps.
+  [[nodiscard]] bool is_held(std::size_t column) const {
+    const std::vector<double>& sample = columns_[column].sample;
+    std::size_t kept = 0;
+    for (std::size_t k = 1; k < sample.size(); ++k) kept += sample[k] == sample[k - 1] ? 1 : 0;
+    return 2 * kept > sample.size() && kept + 1 < sample.size();
   }
 
   [[nodiscard]] std::size_t input_in(const std::string& unit, const std::vector<std::size_t>& left) const {

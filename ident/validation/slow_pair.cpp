@@ -29,6 +29,37 @@ double slowest_s(const std::vector<Term>& terms) {
   return slowest;
 }
 
+/// Returns the polynomial without the slowest real root; nothing without one. The terms have whole orders.
+std::optional<std::vector<Term>> without_slowest_root(const std::vector<Term>& terms) {
+  const ReducedPolynomial polynomial = reduced(terms);
+  std::vector<Term> rest;
+  if (polynomial.removed_order > 0.0) {
+    for (const Term& term : polynomial.terms) {
+      rest.push_back({term.coefficient, term.order + polynomial.removed_order - 1.0});
+    }
+    return rest;
+  }
+  if (polynomial.terms.size() < 2) return {};
+  double root = std::numeric_limits<double>::infinity();
+  for (const std::complex<double>& one : commensurate_roots(polynomial, 1.0)) {
+    const bool is_real = std::abs(one.imag()) < kReal * std::abs(one);
+    if (is_real && std::abs(one) < std::abs(root)) root = one.real();
+  }
+  if (!std::isfinite(root)) return {};
+  const auto degree = static_cast<std::size_t>(std::lround(polynomial.terms.back().order));
+  std::vector<double> coefficients(degree + 1, 0.0);
+  for (const Term& term : polynomial.terms) {
+    coefficients[static_cast<std::size_t>(std::lround(term.order))] = term.coefficient;
+  }
+  // Division by s - root, from the highest power down.
+  double carried = 0.0;
+  for (std::size_t power = degree; power > 0; --power) {
+    carried = coefficients[power] + root * carried;
+    rest.push_back({carried, static_cast<double>(power - 1)});
+  }
+  return rest;
+}
+
 /// The time constants of the real roots of the left half plane [s].
 std::vector<double> time_constants_s(const std::vector<Term>& terms) {
   const ReducedPolynomial polynomial = reduced(terms);
@@ -57,6 +88,19 @@ std::optional<PoleAndZero> cancelling_pair(const Model& model) {
     }
   }
   return found;
+}
+
+std::optional<Model> without_slow_pair(const Model& model) {
+  const TransferFunction& g = model.transfer_function;
+  if (model.grey_box || !has_whole_orders(g.numerator) || !has_whole_orders(g.denominator)) return {};
+  const auto numerator = without_slowest_root(g.numerator);
+  const auto denominator = without_slowest_root(g.denominator);
+  if (!numerator || !denominator) return {};
+  Model beside;
+  beside.transfer_function = {*numerator, *denominator, g.delay_s};
+  beside.input_unit = model.input_unit;
+  beside.output_unit = model.output_unit;
+  return beside;
 }
 
 std::optional<double> slow_pair_over_record(const Model& model) {

@@ -13,6 +13,10 @@ namespace eha::ident {
 /// estimating part is not known. Cost: the roots of two polynomials.
 [[nodiscard]] std::optional<double> slow_pair_over_record(const Model& model);
 
+/// A model without its slowest real zero and pole, its gain beyond them kept: the plant beside the drift that they
+/// describe. None without such a zero and pole in the left half plane or at 0, or where nothing would be left.
+[[nodiscard]] std::optional<Model> without_slow_pair(const Model& model);
+
 /// Time constants of a real pole and a real zero of the left half plane.
 struct PoleAndZero {
   double pole_s = 0.0;

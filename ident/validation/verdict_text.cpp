@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/search/least_squares.hpp"
@@ -136,6 +137,12 @@ class Reasons {
     return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
   }
 
+  /// "; beside the drift the plant is about K = 1.79 V/V; T = 0.492 s".
+  [[nodiscard]] std::string beside_the_drift() const {
+    const auto beside = without_slow_pair(model_);
+    const std::string form = beside ? engineering_form(*beside) : "";
+    return form.empty() ? "" : "; beside the drift the plant is about " + form;
+  }
   /// ", or, as its own record has it, on the direction of motion, ..." where that shows another effect.
   [[nodiscard]] std::string effect_on_own_record() const {
     const auto own = model_.provenance.find(kEffectOnOwnRecord);
@@ -248,9 +255,10 @@ class Reasons {
       case Kind::slow_pair:
         return fmt::format(
             "A drift is taken for the plant: a zero and a pole that nearly cancel are both slower than the record is "
-            "long, {:.2g} times; take no gain and no slow time constant from this model; the sensor, the supply or the "
+            "long, {:.2g} times; take no gain and no slow time constant from this model{}; the sensor, the supply or "
+            "the "
             "temperature may have drifted: check them, and record again.",
-            c.value);
+            c.value, beside_the_drift());
       case Kind::saturated:
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
         return fmt::format(
@@ -297,8 +305,8 @@ class Reasons {
             "new model.",
             c.value, c.limit);
       case Kind::error_over_estimating: {
-        // A fit that is too low to accept says as much.
-        if (!model_.validation || fails_any(verdict_, {Kind::r2})) return {};
+        // A fit that is too low to accept says as much, and a drift explains it.
+        if (!model_.validation || fails_any(verdict_, {Kind::r2, Kind::slow_pair})) return {};
         const double error = std::sqrt(model_.validation->score.mse);
         return fmt::format(
             "The model errs more on unseen data than where it was estimated: {} (rms) there, {:.2g} times the {} here, "

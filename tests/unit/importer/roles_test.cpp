@@ -118,6 +118,18 @@ TEST(Roles, AskBeforeAForceOrASetPointIsTheInput) {
   }
 }
 
+TEST(Roles, OfAHeaterAreNotItsSurroundings) {
+  const std::string text = "Time [s];Ambient;Heater_W;T_block\n0;21;0;20\n1;21.1;50;20\n2;21;50;22\n3;21.1;50;25\n";
+  const std::string refusal = columns_of(text);
+  EXPECT_NE(refusal.find("--time 1 --input 3 --output 4`"), std::string::npos) << refusal;
+}
+
+TEST(ExampleOfAQuestion, TakesANamelessColumnThatIsHeldForTheInput) {
+  const std::string refusal =
+      columns_of("1,0.0,23.9,0,0.1\n2,0.1,24.1,0,0.2\n3,0.2,24.0,5,0.1\n4,0.3,23.8,5,0.9\n5,0.4,24.2,5,1.7\n");
+  EXPECT_NE(refusal.find("--input 4 --output 5`"), std::string::npos) << refusal;
+}
+
 TEST(Command, HasEachOptionOnce) {
   const auto with = [](const std::string& command, const std::string& extra) {
     return command_with({.command = command}, "r.csv", extra);

@@ -489,6 +489,17 @@ TEST(Verdict, OffersNoFrictionToAModelThatTakesInADrift) {
   for (const std::string& reason : verdict.reasons) EXPECT_EQ(reason.find("friction)"), std::string::npos) << reason;
 }
 
+TEST(Verdict, NamesThePlantBesideADrift) {
+  Model model = good_model();
+  // 1.8 / (0.5 s + 1) and 0.012 / s.
+  model.transfer_function = {{{1.806, 1.0}, {0.012, 0.0}}, {{0.5, 2.0}, {1.0, 1.0}}, 0.0};
+  model.estimation->score.samples = 120;
+  model.estimation->compared_step_s = 1.0;
+  const std::string first = judge(model, {}).reasons.at(0);
+  EXPECT_NE(first.find("beside the drift the plant is about K = 1.806 "), std::string::npos) << first;
+  EXPECT_NE(first.find("; T = 0.5 s; the sensor"), std::string::npos) << first;
+}
+
 TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   Model model = good_model();
   integrate_with_friction(model);
