@@ -15,6 +15,7 @@
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/statistics/distributions.hpp"
+#include "ident/statistics/robust.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -23,7 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kFewestForTrends = 10;
-constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
 
 const Json* model_of(const Json& fit, const std::string& name) {
   if (!fit.is_object()) return nullptr;
@@ -134,13 +134,6 @@ std::string common_model_of(const std::vector<Row>& rows) {
   return {};
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
-
 /// Computes the distances from which on an estimate is an outlier.
 void set_half_widths(std::vector<Parameter>& parameters) {
   std::size_t comparisons = 0;
@@ -149,8 +142,8 @@ void set_half_widths(std::vector<Parameter>& parameters) {
     const std::size_t count = parameter.estimates.size();
     if (count < kFewestForOutliers) continue;
     std::vector<double> distances;
-    for (const Estimate& one : parameter.estimates) distances.push_back(std::abs(one.value - parameter.median));
-    const double spread = kStdOfMad * median_of(std::move(distances));
+    for (const Estimate& one : parameter.estimates) distances.push_back(one.value - parameter.median);
+    const double spread = ident::robust_std(std::move(distances));
     const double share = kOutlierLevel / (2.0 * static_cast<double>(comparisons));
     const double t = ident::student_exceeded(share, static_cast<double>(count - 1));
     for (Estimate& one : parameter.estimates) one.half_width = t * std::max(one.std, spread);
@@ -202,7 +195,7 @@ std::vector<Trend> trends_of(const std::vector<Parameter>& parameters) {
     const double std = std::sqrt(n * (n - 1.0) * (2.0 * n + 5.0) / 18.0);
     if (std::abs(balance) - 1.0 <= threshold * std) continue;
     trends.push_back({parameter.name,
-                      median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row),
+                      ident::median_of(std::move(slopes)) * static_cast<double>(seen.back().row - seen.front().row),
                       parameter.unit});
   }
   return trends;
@@ -294,7 +287,7 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
   for (Parameter& parameter : parameters) {
     std::vector<double> values;
     for (const Estimate& one : parameter.estimates) values.push_back(one.value);
-    parameter.median = median_of(std::move(values));
+    parameter.median = ident::median_of(std::move(values));
   }
   set_half_widths(parameters);
   return parameters;

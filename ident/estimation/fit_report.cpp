@@ -10,6 +10,7 @@
 #include "ident/model/model_output.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/held_levels.hpp"
+#include "ident/statistics/robust.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
 #include "ident/uncertainty/profile.hpp"
@@ -66,19 +67,25 @@ double value_in(const Model& model, const ParameterKey& key) {
   return model.past_input.at(key.index).value;
 }
 
+Eigen::VectorXd unfiltered(const Eigen::VectorXd& signal, const Comparison& comparison) {
+  return picked(signal, {comparison.first, comparison.every, comparison.count, {}});
+}
+
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
 /// while the simulation turns back only beyond that value [%]; 0 unless its bulge, over what it is at the ends of a
 /// stay, exceeds kBulgeOverNoise times the white part of the residual on average. A fit that bends towards the flat
 /// pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
-double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {
-  if (measured.size() <= 2 * kHighestAutoregression) return 0.0;
+/// @param output  of the record at the compared rows, without the filter, behind which no two values are equal
+double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
+                         const Eigen::VectorXd& simulated) {
+  if (output.size() <= 2 * kHighestAutoregression) return 0.0;
   double bulge = 0.0;
   Eigen::Index count = 0;
-  for (const double extreme : {measured.maxCoeff(), measured.minCoeff()}) {
-    const double side = extreme > measured.mean() ? 1.0 : -1.0;
-    for (Eigen::Index k = 0; k < measured.size();) {
+  for (const double extreme : {output.maxCoeff(), output.minCoeff()}) {
+    const double side = extreme > output.mean() ? 1.0 : -1.0;
+    for (Eigen::Index k = 0; k < output.size();) {
       Eigen::Index end = k;
-      while (end < measured.size() && measured[end] == extreme) ++end;
+      while (end < output.size() && output[end] == extreme) ++end;
       if (end - k >= kShortestStay) {
         const double at_ends = 0.5 * (simulated[k] + simulated[end - 1]);
         bulge += side * (simulated.segment(k, end - k).array() - at_ends).sum();
@@ -87,10 +94,12 @@ double saturated_percent(const Eigen::VectorXd& measured, const Eigen::VectorXd&
       k = std::max(end, k + 1);
     }
   }
-  if (count == 0 || count == measured.size()) return 0.0;
-  const double noise = std::sqrt(autoregression(measured - simulated).variance);
+  if (count == 0 || count == output.size()) return 0.0;
+  // The bulges' corners are no noise: they would double its variance.
+  const Eigen::MatrixXd white = whitened(residual, autoregression(residual));
+  const double noise = robust_std({white.data(), white.data() + white.size()});
   if (!(bulge / static_cast<double>(count) > kBulgeOverNoise * noise)) return 0.0;
-  return 100.0 * static_cast<double>(count) / static_cast<double>(measured.size());
+  return 100.0 * static_cast<double>(count) / static_cast<double>(output.size());
 }
 
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
@@ -242,8 +251,9 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   const ComparedRows rows{result.time_s, input, result.measured, result.simulated};
   report.end_stop = end_stop(rows);
   report.jump = report.end_stop ? std::nullopt : error_jump(rows);
-  report.saturated_percent =
-      std::max(saturated_percent(result.measured, result.simulated), report.end_stop ? report.end_stop->percent : 0.0);
+  report.saturated_percent = std::max(
+      saturated_percent(unfiltered(record.output, comparison), result.measured - result.simulated, result.simulated),
+      report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
 namespace {
 
-constexpr double kNormalMedian = 0.6745;            // of |x| of a standard normal x
 constexpr double kWithinNoise = 6.0;                // standard deviations; a level of 10^5 rows exceeds 4.4
 constexpr double kSpanOverNoise = 25.0;             // of the input; below it levels and noise are not told apart
 constexpr Eigen::Index kMostDifferences = 100'000;  // more do not sharpen the median
@@ -25,10 +27,8 @@ constexpr double kElsewhere = 0.05;   // of the rows
 double noise_of(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const Eigen::Index every = 1 + (input.size() - 2) / kMostDifferences;
   std::vector<double> differences;
-  for (Eigen::Index k = 1; k < input.size(); k += every) differences.push_back(std::abs(input[k] - input[k - 1]));
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
-  return *middle / (kNormalMedian * std::sqrt(2.0));
+  for (Eigen::Index k = 1; k < input.size(); k += every) differences.push_back(input[k] - input[k - 1]);
+  return robust_std(std::move(differences)) / std::sqrt(2.0);
 }
 
 /// Rows that are held at one level.

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/time_text.hpp"
+#include "ident/statistics/robust.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -28,19 +30,12 @@ constexpr double kLeftShare = 0.3;      // of the rows, to the end of the record
 constexpr double kInputGoesOn = 0.5;    // of the input's range, there
 constexpr std::size_t kFewestWindows = 20;
 constexpr std::size_t kFewestAlike = 3;
-constexpr double kStdOfMad = 1.4826;  // of a normal distribution, in its median absolute deviations
-constexpr Index kJumpRows = 4;        // the filter of a decimation spreads a jump
+constexpr Index kJumpRows = 4;  // the filter of a decimation spreads a jump
 constexpr Index kBesideJump = 25;
 constexpr double kCutRows = 4.0;     // compared rows from a jump to where the record is cut
 constexpr double kCutOfTime = 0.01;  // of the time of a jump, where the rows' distance is not known
 constexpr double kJumpOverUsual = 8.0;
 constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Mean input and motion over a few rows.
 struct Window {
@@ -257,9 +252,7 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   const Eigen::VectorXd e = rows.measured - rows.simulated;
   const Index count = e.size() - kJumpRows;
   const Eigen::VectorXd change = e.tail(count) - e.head(count);
-  std::vector<double> sizes(change.begin(), change.end());
-  for (double& size : sizes) size = std::abs(size);
-  const double usual = kStdOfMad * median_of(std::move(sizes));
+  const double usual = robust_std({change.begin(), change.end()});
   Index at = 0;
   const double largest = change.cwiseAbs().maxCoeff(&at);
   if (!(largest > kJumpOverUsual * usual)) return std::nullopt;

@@ -233,6 +233,24 @@ TEST(ResidualTests, DoNotTakeTheNoiseOfTheInputsChannelForANonlinearPlant) {
   }
 }
 
+TEST(Saturation, IsSeenBehindADecimationFilterAsWell) {
+  std::mt19937_64 draw(33);
+  const Model model = fractional(0.3, 2.0, 1.0, 0.8, 1.0);
+  for (const int decimation : {1, 4}) {
+    Record record;
+    record.step_s = 0.05 / decimation;
+    record.input = levels(draw).replicate(1, 4 * decimation).transpose().reshaped();
+    record.output = simulate(model, record.input, record.step_s);
+    for (double& y : record.output) y += 0.01 * normal(draw);
+    FitOptions options;
+    options.decimation = decimation;
+    EXPECT_EQ(validate(model, record, options).saturated_percent, 0.0) << decimation;
+    const double limit = 0.6 * record.output.maxCoeff();
+    record.output = record.output.cwiseMin(limit);
+    EXPECT_GT(validate(model, record, options).saturated_percent.value(), 5.0) << decimation;
+  }
+}
+
 TEST(ResidualTests, FindThatTheOutputComesBeforeTheInput) {
   std::mt19937_64 draw(29);
   const Model plant = fractional(0.3, 2.0, 1.0, 0.8, 1.0);

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/statistics/robust.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace eha::ident {
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+double robust_std(std::vector<double> values) {
+  constexpr double kStdOfMedian = 1.4826;
+  for (double& value : values) value = std::abs(value);
+  return kStdOfMedian * median_of(std::move(values));
+}
+
+}  // namespace eha::ident
