@@ -203,6 +203,10 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
   const auto remedy = code == ExitCode::safety_trip ? warn_of_unused_sheet(run.folder, console) : std::nullopt;
   if (remedy) {
     console.next_step(*remedy);
+  } else if (experiment.tracking() != nullptr && code == ExitCode::safety_trip &&
+             next_after_trip(acquisition::to_text(run.report.fault.fault), hal::moves_machine(rig.backend)) !=
+                 "eha read") {
+    console.next_step(on_local_rig(command, characterise_anew(), !command.fast));
   } else if (run.only_placed && code == ExitCode::safety_trip) {
     const bool moves = hal::moves_machine(rig.backend);
     const auto cause = acquisition::to_text(run.report.fault.fault);

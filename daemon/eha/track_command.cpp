@@ -185,6 +185,8 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
     const std::vector<std::string> changes = track::changes_until_fault(run, console.unit(rig_units));
     for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
     const std::optional<ident::ValveSheet> sheet = sheet_of_trial(run);
+    const std::string stood = track::stood_under_volts(run, console.unit(rig_units));
+    if (!stood.empty()) console.info(stood);
     if (const std::string leak = leak_sentence(sheet, console.unit(rig_units)); !leak.empty()) {
       console.info("the promise is not kept; " + leak);
     } else {

@@ -33,6 +33,7 @@
 #include "daemon/record/sha256.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/tune/controller_page.hpp"
+#include "daemon/tune/expected_trip.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -217,28 +218,38 @@ std::string twin_of_record(const TuneCommand& command, const ident::Model& model
   return fmt::format("`{}` fits a simulated rig to that record; then `{}`", commands.replay, commands.tune);
 }
 
-/// Whether `eha track --local` plays a controller on a simulated rig, whose tick it takes.
-bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
+/// The trial that `eha track --local` plays of a controller on a simulated rig, whose tick it takes; none if it
+/// refuses.
+std::optional<config::Track> trial_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
   try {
     const std::string text = rig_text_with_tick(rig, controller.settings.tick_s);
-    static_cast<void>(config::parse_prepared_experiment(
+    const config::PreparedExperiment experiment = config::parse_prepared_experiment(
         config::track_experiment(controller.name, config::controller_text(controller), {}), "track",
-        config::parse_rig(text, rig.file_name)));
-    return true;
+        config::parse_rig(text, rig.file_name));
+    return experiment.config.tracking()->track;
   } catch (const Error&) {
-    return false;
+    return std::nullopt;
   }
 }
 
+bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
+  return trial_on(rig, controller).has_value();
+}
+
 /// Returns what to do with a controller: its trial on the machine's or the service's terms, on a simulated rig that
-/// takes it, the model's own first; else the way to a twin that does.
+/// takes it, the model's own first; else the way to a twin that does. A trial that trips is not offered.
 /// @param page  of the controller
 std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
-                                    const config::ControllerConfig& controller, const fs::path& page) {
+                                    const config::ControllerConfig& controller, bool trips, const fs::path& page) {
   const std::string file = shell_word(command.output.string());
   const std::string show = "xdg-open " + shell_word(page.string());
   if (hal::moves_machine(rig.backend)) return {show};
   const std::string on_rig = track_command(command, model, rig, file);
+  if (trips && command.sheet_run) return {show};
+  if (trips) {
+    const bool is_local = on_rig.ends_with("--local --fast");
+    return {characterise_anew() + (is_local ? " --local --fast" + rig_words(command, rig) : std::string()), show};
+  }
   const bool is_own = why_not_of(command, model, rig).empty();
   if (!on_rig.ends_with("--local --fast")) return {on_rig};  // the service checks it with its own rig file
   if (is_own && is_played_on(rig, controller)) return {on_rig};
@@ -321,7 +332,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   const fs::path rig_file = record::resolved_path(rig_path(command, model, console));
   const config::RigConfig rig = rig_of(rig_file);
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
-    console.warning(fmt::format("{}: the model was rejected: {}", command.model_file, model.verdict->reasons.front()));
+    console.warning(fmt::format("{}: the model is {}: {}", command.model_file, ident::verdict_word(*model.verdict),
+                                model.verdict->reasons.front()));
   }
   const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run) : std::nullopt;
   if (sheet || model.input_map) {
@@ -360,8 +372,16 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       .run = record.empty() ? "unknown" : record,
       .sheet = command.sheet_run ? record::resolved_path(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
-  const config::ControllerConfig controller =
+  config::ControllerConfig controller =
       tune::controller_of(tuned, inputs, std::move(provenance), command.output.stem().string());
+  const auto trial = trial_on(rig, controller);
+  const auto trip = trial ? tune::expected_trip(*trial, rig.limits, inputs.task.twin) : std::nullopt;
+  if (trip) {
+    const std::string sentence = tune::sentence_of(*trip, rig.limits);
+    plant.insert(plant.begin(), sentence);
+    tuned.remarks.insert(tuned.remarks.begin(), sentence);
+    controller.promise.remarks = fmt::format("{}\n{}", sentence, controller.promise.remarks);
+  }
   os::write_file_atomically(command.output, config::controller_text(controller));
   fs::path page_file = command.output;
   page_file.replace_extension(".html");
@@ -382,6 +402,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                       {"rig", rig_file.string()},
                       {"twin", controller.provenance.twin},
                       {"plant", plant},
+                      {"trips", trip ? Json(acquisition::to_text(trip->breach.fault)) : Json(nullptr)},
                       {"file", command.output.string()},
                       {"report", page_file.string()},
                       {"kind", ident::text(controller.settings.kind)},
@@ -431,7 +452,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
-  for (const std::string& step : next_steps(command, model, rig, controller, page_file)) console.next_step(step);
+  for (const std::string& step : next_steps(command, model, rig, controller, trip.has_value(), page_file))
+    console.next_step(step);
   return ExitCode::ok;
 }
 

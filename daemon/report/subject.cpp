@@ -81,6 +81,8 @@ void read_ended_trial(const fs::path& path, Subject& subject) {
   }
   const auto leak = document.find("leak");
   if (leak != document.end()) subject.trial_leak = text_of(*leak);
+  const auto stood = document.find("stood");
+  if (stood != document.end()) subject.trial_stood = text_of(*stood);
 }
 
 /// Puts the models in the order of every table.

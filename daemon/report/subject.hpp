@@ -46,6 +46,7 @@ struct Subject {
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv, or that a fault ended
   identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
   std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
+  std::string trial_stood = {};                 ///< a trial that stood under volts when it ended; empty: it did not
   std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
   std::vector<std::string> notes = {};          ///< files that should be there and are not
 

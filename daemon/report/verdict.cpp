@@ -229,6 +229,7 @@ std::string without_models(const Subject& subject) {
     html += paragraph(description.get<std::string>());
   }
   const bool is_trial = subject.part("experiment", "track").is_string();
+  if (!subject.trial_stood.empty()) html += paragraph(capitalised(subject.trial_stood) + ".");
   if (!subject.trial_changes.empty()) {
     html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes);
   }
@@ -355,7 +356,8 @@ std::string verdict(const Subject& subject) {
     if (main.model.verdict) {
       std::vector<std::string> shown(reasons.begin(), reasons.end() - static_cast<std::ptrdiff_t>(others.size()));
       for (const std::string& other : others) shown.push_back(ident::in_few_words(other));
-      html += paragraph(fmt::format("The nearest one, {}, is rejected for this:", main.model.name)) + list(shown);
+      html += paragraph(fmt::format("The nearest one, {}, is {} for this:", main.model.name,
+                                    ident::verdict_word(*main.model.verdict))) + list(shown);
     }
     return box("none", of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used"),
                html + next_of_none(subject) + remarks_on_record(main.model) +

@@ -22,8 +22,11 @@ namespace eha::track {
 namespace {
 
 constexpr double kBeforeFault_s = 0.5;
-constexpr double kSmallNoise = 0.5;  // extremes of the noise, of the band within which the rod settles
-constexpr double kExtremes = 5.0;    // standard deviations that the greatest of some 10^5 values of noise reaches
+constexpr double kStood_s = 0.3;      // before the end
+constexpr double kStood_in = 0.005;   // within it of the reference
+constexpr double kFollowed_in = 0.1;  // way that shows that the rod follows
+constexpr double kSmallNoise = 0.5;   // extremes of the noise, of the band within which the rod settles
+constexpr double kExtremes = 5.0;     // standard deviations that the greatest of some 10^5 values of noise reaches
 
 /// Estimates the noise of a rod that rests or moves smoothly, from the deviation of each reading from the mean of its
 /// neighbours.
@@ -455,6 +458,32 @@ void write_rows(const TrackResult& result) {
 
 }  // namespace
 
+std::string stood_under_volts(const record::OpenRun& opened, const DisplayUnit& unit) {
+  const TrackResult result = played_track(opened);
+  const TrackRows& rows = result.rows;
+  const config::RigConfig rig =
+      config::parse_rig(record::read_run(opened).rig_text, (opened.path() / "run.json (rig)").string());
+  const auto look = static_cast<std::size_t>(std::lround(kStood_s / result.controller.settings.tick_s));
+  if (!rig.limits.following || rows.time_s.size() < 2 * look || look == 0) return {};
+  const std::size_t from = rows.time_s.size() - look;
+  double volts_V = 0.0;
+  for (std::size_t i = from; i < rows.time_s.size(); ++i) {
+    volts_V += rows.command_V[i] / static_cast<double>(look);
+    if (std::abs(rows.reference_in[i] - rows.reference_in.back()) > kStood_in) return {};
+    if (std::abs(result.mean_rod_in[i] - rows.reference_in[i]) > kStood_in) return {};
+  }
+  const double beyond_V = std::abs(volts_V - rig.limits.following->null_V);
+  const auto [lowest, highest] = std::minmax_element(result.mean_rod_in.begin(), result.mean_rod_in.end());
+  if (*highest - *lowest < kFollowed_in || beyond_V <= rig.limits.following->dead_band_V) return {};
+  return fmt::format(
+      "until then the rod followed the reference over {:.2g} {}, so that valve, sensor and hydraulics work. At the end "
+      "it stood at the reference under {:.2f} V, {:.2f} V from the null, which the checks of [following] (dead_band_V "
+      "{:.2f} V) take for a motion that is missing: oil leaks past the piston and the volts make up for it, or a load "
+      "or a wrong null does the same. `eha characterise` tells them apart by the drift inside the dead band; repair a "
+      "leak",
+      unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, rig.limits.following->dead_band_V);
+}
+
 void write_ended_track(const record::OpenRun& run, const std::string& leak) {
   nlohmann::ordered_json document{{"schema", "eha-track/1"},
                                   {"run", run.path().string()},
@@ -462,6 +491,8 @@ void write_ended_track(const record::OpenRun& run, const std::string& leak) {
                                   {"ended_early", true},
                                   {"changes", changes_until_fault(run, DisplayUnit("in"))}};
   if (!leak.empty()) document["leak"] = leak;
+  const std::string stood = stood_under_volts(run, DisplayUnit("in"));
+  if (!stood.empty()) document["stood"] = stood;
   os::write_file_atomically(run.files() / kTrackFile, document.dump(2) + "\n");
   write_rows(played_track(run));
 }

@@ -116,8 +116,13 @@ struct TrackResult {
 /// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError
 void write_track(const TrackResult& result);
 
-/// Writes track.json of a trial that ended early: not kept, and changes_until_fault(); and track.csv of what was
-/// played. @param leak  as sheet::leak_of() of the valve's sheet; empty: none
+/// Says of a trial that a missing motion ended that the rod stood at a resting reference under volts beyond the dead
+/// band of [following], after it had followed: valve, sensor and hydraulics are sound, and what else it is. Empty
+/// otherwise. @throws DataError, IoError, PermissionError  as track_result()
+[[nodiscard]] std::string stood_under_volts(const record::OpenRun& run, const DisplayUnit& unit);
+
+/// Writes track.json of a trial that ended early: not kept, changes_until_fault() and stood_under_volts(); and
+/// track.csv of what was played. @param leak  as sheet::leak_of() of the valve's sheet; empty: none
 /// @throws as changes_until_fault() and played_track()
 void write_ended_track(const record::OpenRun& run, const std::string& leak = {});
 

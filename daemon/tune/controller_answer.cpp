@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "daemon/report/html.hpp"
+#include "daemon/tune/expected_trip.hpp"
 #include "ident/model/parameter_text.hpp"
 
 namespace eha::tune {
@@ -86,7 +87,13 @@ std::string errors_text(const ControllerSubject& subject) {
     return fmt::format("error within {} {} while it moves, {} {} at rest", at_most(factor * p.following_worst_in.upper),
                        in, at_most(factor * p.rest_error_in.upper), in);
   }
-  std::string text = "promise kept";
+  // What noise hides is neither kept nor broken.
+  const auto& figures = subject.measured->figures;
+  const auto kept =
+      std::count_if(figures.begin(), figures.end(), [](const MeasuredFigure& figure) { return figure.kept == "yes"; });
+  const auto all = static_cast<std::ptrdiff_t>(figures.size());
+  std::string text = kept == all ? std::string("promise kept")
+                                 : fmt::format("{} of {} figures kept, {} hidden by noise", kept, all, all - kept);
   const auto add = [&](std::string_view name, std::string_view when) {
     for (const MeasuredFigure& figure : subject.measured->figures) {
       if (figure.name == name)
@@ -155,6 +162,16 @@ std::string answer_box(const ControllerSubject& subject) {
         promise);
   }
   promise += report::list(shows);
+  const bool trips = !subject.measured && p.remarks.find(kTrialTrips) != std::string::npos;
+  if (trips) {
+    const std::vector<std::string> remarks = lines_of(p.remarks);
+    const auto reason =
+        std::find_if(remarks.begin(), remarks.end(), [](const auto& line) { return line.starts_with(kTrialTrips); });
+    return fmt::format(
+        "<section class=\"verdict none\"><h2>{}</h2>\n{}<details>\n<summary>What is promised without the trip</summary>"
+        "\n{}</details>\n</section>\n",
+        report::escaped(name + ": its trial will trip on this rig"), report::paragraph(*reason), promise);
+  }
   promise += report::paragraph(
       subject.measured
           ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/controller_page.hpp"
+#include "daemon/tune/expected_trip.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -84,6 +85,25 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   html = answer_box(subject);
   EXPECT_NE(html.find("promise kept, greatest measured error 0.1 in</h2>"), std::string::npos) << html;
   EXPECT_NE(html.find("half dead band 0.22 V instead of 0.15 V"), std::string::npos) << "worth knowing all the same";
+  subject.measured->figures.push_back({.name = "settling", .value = 0.0, .unit = "s", .kept = "hidden by noise"});
+  html = answer_box(subject);
+  EXPECT_EQ(html.find("promise kept"), std::string::npos) << html;
+  EXPECT_NE(html.find(": 1 of 2 figures kept, 1 hidden by noise, greatest measured error 0.1 in</h2>"),
+            std::string::npos)
+      << html;
+}
+
+TEST(ControllerPage, BeginsWithTheTripOfATrialThatWillNotPass) {
+  ControllerSubject subject;
+  subject.controller.name = "axis";
+  subject.controller.promise.remarks = "The margin limits the gain.";
+  EXPECT_EQ(answer_box(subject).find("will trip"), std::string::npos);
+  subject.controller.promise.remarks =
+      sentence_of({.breach = {acquisition::Fault::no_motion, 0.0, 0.003}, .at_s = 4.2, .is_of_leak = true}, {}) + "\n" +
+      subject.controller.promise.remarks;
+  const std::string html = answer_box(subject);
+  EXPECT_NE(html.find("its trial will trip on this rig</h2>"), std::string::npos) << html;
+  EXPECT_LT(html.find("Repair the leak"), html.find("<details>")) << html;
 }
 
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {
