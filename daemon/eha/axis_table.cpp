@@ -17,6 +17,7 @@
 #include "daemon/tune/controller_page.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -61,7 +62,7 @@ std::string axis_table(const AxisTable& table, const DisplayUnit& unit) {
       rows.push_back({"model", "fit on unseen data", fmt::format("{:.1f}", model.validation->score.fit_percent), "", "",
                       "", "", "%"});
     }
-    if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::text(model.verdict->grade))});
+    if (model.verdict) rows.push_back({"model", "verdict", std::string(ident::verdict_word(*model.verdict))});
   }
   if (table.sheet) {
     const auto row = [&](const char* what, const std::optional<ident::Measured>& m, const char* of) {

@@ -111,7 +111,7 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
   }
   std::string html = report::paragraph(text + ".") + report::equation(shown);
   if (shown.verdict && shown.verdict->grade != ident::Grade::good) {
-    html += report::paragraph("The model is " + std::string(ident::text(shown.verdict->grade)) +
+    html += report::paragraph("The model is " + std::string(ident::verdict_word(*shown.verdict)) +
                               ", not good; the controller's trial shows what that is worth:") +
             report::list(shown.verdict->reasons);
   }

@@ -279,7 +279,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   end_round(is_ladder ? "the ladder of structures" : "the asked models", "");
   if (task.options.procedure == ident::Procedure::paper) return identification;
   if (identification.rounds.back().accepted) {
-    add_longer_experiment(source, identification);
+    add_longer_experiment(source, task, identification);
     return identification;
   }
   // Neither other starts nor a longer experiment move a rod off its end stop, or mend a sensor.
@@ -299,7 +299,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     end_round("the ladder of structures", reason);
   }
   if (identification.rounds.back().accepted) {
-    add_longer_experiment(source, identification);
+    add_longer_experiment(source, task, identification);
     return identification;
   }
   end_with_experiment(source, task, progress, identification);
@@ -336,6 +336,7 @@ IdentificationTask task_of(const Source& source) {
                           .gaps = source.gaps,
                           .without_gaps = source.without_gaps,
                           .within_dead_band = within_dead_band(source),
+                          .at_command_limit = at_command_limit(source),
                           .interpolated_percent = interpolated_percent(source),
                           .repetition_samples = source.repetition_samples};
   if (source.experiment) {

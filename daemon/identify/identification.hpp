@@ -36,6 +36,7 @@ struct IdentificationTask {
   std::string gaps = {};                  ///< as Source
   importer::Cut without_gaps = {};        ///< as Source
   std::string within_dead_band = {};      ///< of identify::within_dead_band()
+  std::string at_command_limit = {};      ///< of identify::at_command_limit()
   double interpolated_percent = 0.0;      ///< share of the record's rows [%]
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.

@@ -69,12 +69,14 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
-  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
-                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kEffectOnOwnRecord}) {
+  for (const char* key :
+       {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
+        ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord}) {
     model.provenance.erase(key);
   }
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
   if (!task.within_dead_band.empty()) model.provenance[ident::kWithinDeadBand] = task.within_dead_band;
+  if (!task.at_command_limit.empty()) model.provenance[ident::kAtCommandLimit] = task.at_command_limit;
   if (!task.frozen.empty()) {
     model.provenance[ident::kFrozenOfRecord] = task.frozen;
     if (!task.cut.keeps_all()) model.provenance[ident::kWithoutFrozen] = importer::cut_options(task.cut);

@@ -29,6 +29,9 @@ std::string by_hand(const Source& source, const std::filesystem::path& folder, c
                      shell_quoted(weak.parameter), folder.empty() ? ", once -o DIR has written the model" : "");
 }
 
+/// Length that is asked for of a record that is too short to judge a model; 0: none is.
+double asked_for_s(const IdentificationTask& task) { return task.piece ? task.piece->enough_s : 0.0; }
+
 /// The verdict on the recommended model; null without one.
 const ident::Verdict* verdict_on_recommended(const Identification& identification) {
   for (const IdentifiedModel& one : identification.models) {
@@ -48,9 +51,10 @@ void end_with_experiment(const Source& source, const IdentificationTask& task, c
   };
   std::vector<const ident::Model*> models;
   for (const IdentifiedModel& identified : identification.models) models.push_back(&identified.result.model);
-  identification.next_experiment = longer_experiment(source);
+  identification.next_experiment = longer_experiment(source, asked_for_s(task));
   const std::optional<WeakParameter> weak = weak_parameter(models);
-  if (!weak) {
+  // Tones for one parameter would give a record that is as short.
+  if (!weak || (task.piece && identification.next_experiment)) {
     if (identification.next_experiment) end_round(identification.next_experiment->what);
     return;
   }
@@ -69,13 +73,13 @@ void end_with_experiment(const Source& source, const IdentificationTask& task, c
   end_round(identification.next_experiment ? identification.next_experiment->what : "a new experiment");
 }
 
-void add_longer_experiment(const Source& source, Identification& identification) {
+void add_longer_experiment(const Source& source, const IdentificationTask& task, Identification& identification) {
   const ident::Verdict* verdict = verdict_on_recommended(identification);
   if (verdict == nullptr) return;
   const ident::FirstStep first = next_step_of(identification).first;
   const bool asks_nothing_else = first == ident::FirstStep::none || first == ident::FirstStep::longer_record;
   if (!asks_nothing_else || !(verdict->judging_part_rests || first == ident::FirstStep::longer_record)) return;
-  identification.next_experiment = longer_experiment(source);
+  identification.next_experiment = longer_experiment(source, asked_for_s(task));
   if (auto& next = identification.next_experiment) {
     next->reason = fmt::format("{} judge {}; {}",
                                verdict->judging_part_rests ? "nothing in the record can" : "the record is too short to",

@@ -14,6 +14,6 @@ void end_with_experiment(const Source& source, const IdentificationTask& task, c
                          Identification& identification);
 
 /// Adds the longer experiment where the record is too short to judge the recommended model. Cost: none to speak of.
-void add_longer_experiment(const Source& source, Identification& identification);
+void add_longer_experiment(const Source& source, const IdentificationTask& task, Identification& identification);
 
 }  // namespace eha::identify

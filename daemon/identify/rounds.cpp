@@ -19,6 +19,7 @@ namespace eha::identify {
 namespace {
 
 constexpr int kMostRepetitions = 16;
+constexpr int kMostForLength = 200;  ///< where the record is too short to judge
 
 /// Sets a top-level key in the text. @param after  the key after which a missing one is inserted
 std::string with_number(const std::string& text, const std::string& key, int value, const std::string& after) {
@@ -52,6 +53,12 @@ int more_repetitions(const config::ExperimentConfig& experiment) {
   return std::max(2 * experiment.repetitions, static_cast<int>(std::min(behind, 1e6)));
 }
 
+/// Enough for a record of which so much is used.
+int repetitions_for(const config::ExperimentConfig& experiment, double used_s) {
+  const double wanted = std::ceil((used_s + experiment.fit.discard_s) / experiment.duration_s - 1e-9);
+  return static_cast<int>(std::clamp(wanted, 0.0, 1e6));
+}
+
 /// Whether the input stands still most of the time, as a step does.
 bool moves_rarely(const config::PreparedExperiment& experiment) {
   constexpr int kFewMoves = 10;
@@ -63,6 +70,15 @@ bool moves_rarely(const config::PreparedExperiment& experiment) {
     was_moving = is_moving;
   }
   return !was_moving && moves < kFewMoves;
+}
+
+/// Whether the input has so few tones that no length of it tells the structures of the ladder apart.
+bool has_few_tones(const config::PreparedExperiment& experiment, double tick_s) {
+  constexpr std::size_t kFewestTones = 3;
+  if (experiment.config.played() == nullptr) return false;
+  const auto lines = ident::excited_lines(experiment.config.played()->excitation, tick_s,
+                                          static_cast<std::size_t>(experiment.table_V.size()));
+  return !lines.empty() && lines.size() < kFewestTones;
 }
 
 bool passes(const std::optional<Rehearsal>& rehearsal) {
@@ -84,6 +100,14 @@ std::string with_tones(const config::ExperimentConfig& experiment, double offset
   if (begin == std::string::npos) return {};
   const std::size_t end = experiment.text.find("\n[", begin);
   return experiment.text.substr(0, begin) + table + (end == std::string::npos ? "\n" : experiment.text.substr(end));
+}
+
+/// The experiment in one repetition of so many whole seconds.
+config::ExperimentConfig in_one_piece(config::ExperimentConfig experiment, double length_s) {
+  experiment.duration_s = std::ceil(length_s);
+  experiment.text = with_number(experiment.text, "duration_s", static_cast<int>(experiment.duration_s), "name");
+  experiment.text = with_number(experiment.text, "repetitions", 1, "duration_s");
+  return experiment;
 }
 
 /// The greatest tones that the rehearsal lets pass; empty: none, or the rig cannot be rehearsed.
@@ -127,17 +151,41 @@ std::string within_dead_band(const Source& source) {
   }
 }
 
-std::optional<NextExperiment> longer_experiment(const Source& source) {
+std::string at_command_limit(const Source& source) {
+  constexpr double kFullShare = 0.9;
+  if (source.record.input.size() == 0) return {};
+  try {
+    const std::optional<config::RigConfig> rig = rig_of(source);
+    if (!rig) return {};
+    const double up = source.record.input.maxCoeff() / rig->limits.command_max_V;
+    const double down = source.record.input.minCoeff() / rig->limits.command_min_V;
+    if (!(std::max(up, down) >= kFullShare)) return {};
+    return up > down ? fmt::format("the volts reach {:.3g} V of the rig's {:g} V", source.record.input.maxCoeff(),
+                                   rig->limits.command_max_V)
+                     : fmt::format("the volts reach {:.3g} V of the rig's {:g} V", source.record.input.minCoeff(),
+                                   rig->limits.command_min_V);
+  } catch (const Error&) {  // a rig file of another version
+    return {};
+  }
+}
+
+std::optional<NextExperiment> longer_experiment(const Source& source, double used_s) {
   if (!source.experiment || source.experiment->text.empty()) return {};
   const config::ExperimentConfig& experiment = *source.experiment;
-  const int repetitions = more_repetitions(experiment);
-  if (repetitions > kMostRepetitions) return {};
+  const int for_length = repetitions_for(experiment, used_s);
+  const int repetitions = std::max(more_repetitions(experiment), for_length);
+  if (repetitions > (for_length == repetitions ? kMostForLength : kMostRepetitions)) return {};
   const auto doubled = [&](const std::string& text) {
     return with_number(text, "repetitions", repetitions, "duration_s");
   };
   NextExperiment next{
       .text = doubled(experiment.text),
-      .reason = fmt::format("{} repetitions instead of {} {} the part of each estimate's variance that noise causes",
+      .reason =
+          for_length == repetitions
+              ? fmt::format("{} repetitions instead of {} make it {:.3g} s long; {:.3g} s or more are asked for",
+                            repetitions, experiment.repetitions, repetitions * experiment.duration_s,
+                            used_s + experiment.fit.discard_s)
+              : fmt::format("{} repetitions instead of {} {} the part of each estimate's variance that noise causes",
                             repetitions, experiment.repetitions,
                             repetitions == 2 * experiment.repetitions ? "halve" : "lessen")};
   try {
@@ -145,6 +193,17 @@ std::optional<NextExperiment> longer_experiment(const Source& source) {
     const auto same = rig ? std::optional(prepared(next.text, *rig)) : std::nullopt;
     const bool is_allowed = !same || passes(rehearsed(*same, *rig));
     const auto weak_V = same ? reach_within_dead_band(*same, *rig) : std::nullopt;
+    if (same && for_length == repetitions && has_few_tones(*same, rig->realtime.sample_period_s)) {
+      const config::ExperimentConfig longer = in_one_piece(experiment, used_s + experiment.fit.discard_s);
+      if (std::string text = text_with_tones(longer, *rig); !text.empty()) {
+        next.text = std::move(text);
+        next.what = "a longer experiment with more tones";
+        next.reason = fmt::format(
+            "three tones in {:g} s; {:.3g} s or more are asked for, and fewer tones do not tell the structures apart",
+            longer.duration_s, used_s + experiment.fit.discard_s);
+        return next;
+      }
+    }
     if (same && (!is_allowed || weak_V || moves_rarely(*same))) {
       config::ExperimentConfig longer = experiment;
       longer.text = next.text;

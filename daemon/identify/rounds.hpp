@@ -33,6 +33,10 @@ struct NextExperiment {
 /// leaves the dead band of its rig; empty for another one, and for a file.
 [[nodiscard]] std::string within_dead_band(const Source& source);
 
+/// "the volts reach 4.85 V of the rig's 5 V", of a run with less than a tenth of the command range left; empty for
+/// another one, and for a file.
+[[nodiscard]] std::string at_command_limit(const Source& source);
+
 /// File of the next experiment, beside the models or in the run's folder.
 inline constexpr std::string_view kNextExperimentFile = "next_experiment.toml";
 
@@ -41,6 +45,7 @@ inline constexpr std::string_view kNextExperimentFile = "next_experiment.toml";
 /// step, or hardly leaves the valve's dead band, and of what the rehearsal on the rig of the run does not let pass, a
 /// multisine of three tones that it does. Nothing without an experiment, beyond 16 repetitions, if the file cannot be
 /// read back, or if the rehearsal lets neither pass. A rig that cannot be rehearsed, or none, refuses nothing.
-[[nodiscard]] std::optional<NextExperiment> longer_experiment(const Source& source);
+/// @param used_s  length that is asked for behind the discarded time, for which there may be 200 repetitions; 0: none
+[[nodiscard]] std::optional<NextExperiment> longer_experiment(const Source& source, double used_s = 0.0);
 
 }  // namespace eha::identify

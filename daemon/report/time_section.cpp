@@ -108,7 +108,7 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
     remark.to_do =
         model.verdict && !model.verdict->accepted
             ? std::string(
-                  "The error is small beside the motion; the box above says why the model is rejected all the same.")
+                  "The error is small beside the motion; the box above says why the model is not accepted all the same.")
         : drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times than this "
                    "record, record longer."
         : systematic.empty()

@@ -149,9 +149,13 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
   std::string text;
   for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
     const double size = std::abs(root);
+    const bool is_lag = std::abs(root.imag()) <= 1e-7 * size && root.real() < 0.0 && real == std::string_view("T");
+    const std::string unseen = unseen_text(model, size, is_lag);
+    // What the record does not show has no interval; of a lag it shows the delay.
+    const std::string_view sign = unseen.empty() || is_lag ? plus_minus : std::string_view();
     const auto shown = [&](double figure, int digits, const auto& slope) {
       return with_known(figure, root_half_width(model, terms, root, figure, slope),
-                        fmt::format("{:.{}g}", figure, digits), plus_minus);
+                        fmt::format("{:.{}g}", figure, digits), sign);
     };
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
@@ -162,9 +166,9 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
       text +=
           fmt::format("; {} = {} s{}", real,
                       itself != nullptr
-                          ? figure_text(time_s, 4, itself, plus_minus)
+                          ? figure_text(time_s, 4, itself, sign)
                           : shown(time_s, 4, [&](std::complex<double> move) { return time_s * time_s * move.real(); }),
-                      unseen_text(model, size, time_s > 0.0 && real == std::string_view("T")));
+                      unseen);
     } else if (root.imag() > 0.0) {
       const double turn = 2.0 * std::numbers::pi;
       const double damping = -root.real() / size;
@@ -173,7 +177,7 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
           "; {} = {} Hz, D = {}{}", pair,
           shown(size / turn, 4, [&](std::complex<double> move) { return of_size(move) / turn; }),
           shown(damping, 3, [&](std::complex<double> move) { return (-move.real() - damping * of_size(move)) / size; }),
-          unseen_text(model, size));
+          unseen);
     }
   }
   return text;

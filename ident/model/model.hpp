@@ -136,6 +136,8 @@ struct NonlinearityTest {
   ResidualTest test;                          ///< all kinds together
   NonlinearKind kind = NonlinearKind::level;  ///< the kind that explains most of the residual
   GainTrend gain = GainTrend::unknown;        ///< beside the model's, of kind level
+  /// The kind that explains as much, as far as the record tells; none where `kind` is clear.
+  std::optional<NonlinearKind> or_kind = {};
 };
 
 /// Predicted RMS error of the model's output on a fresh input of the same kind, without noise, over the output's

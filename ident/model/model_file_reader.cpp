@@ -203,14 +203,17 @@ ResidualTest read_test(const Node& node) {
 }
 
 NonlinearityTest read_nonlinearity(const Node& node) {
-  const Node object = node.object({"statistic", "degrees", "p", "kind", "gain"});
+  const Node object = node.object({"statistic", "degrees", "p", "kind", "gain", "or_kind"});
   NonlinearityTest nonlinearity;
   read_into(object, nonlinearity.test);
   std::string kind;
   object.read("kind", kind);
+  std::string other;
+  if (object.has("or_kind")) object.read("or_kind", other);
   for (const NonlinearKind known :
        {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
     if (kind == text(known)) nonlinearity.kind = known;
+    if (other == text(known)) nonlinearity.or_kind = known;
   }
   std::string gain;
   if (object.has("gain")) object.read("gain", gain);

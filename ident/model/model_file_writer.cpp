@@ -131,6 +131,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     if (const auto& nonlinearity = report.tests->nonlinearity) {
       object["residual_tests"]["nonlinearity"] = test_to_json(nonlinearity->test);
       object["residual_tests"]["nonlinearity"]["kind"] = text(nonlinearity->kind);
+      if (nonlinearity->or_kind) object["residual_tests"]["nonlinearity"]["or_kind"] = text(*nonlinearity->or_kind);
       if (nonlinearity->gain != GainTrend::unknown)
         object["residual_tests"]["nonlinearity"]["gain"] = text(nonlinearity->gain);
     }

@@ -309,18 +309,24 @@ std::string cause_in_record(const Models& all) {
   return is_drift ? whole(nearest) : std::string();
 }
 
+/// The word of a model that was not accepted, where none is picked; as in every table.
+std::string_view word_of(const Model& model) {
+  return model.verdict ? verdict_word(*model.verdict) : text(Grade::rejected);
+}
+
 /// Why none of the identified models is picked.
 std::string none_picked(const Models& order, const Models& all) {
   const Model& best_identified = *order.front();
   if (!is_accepted(best_identified)) {
-    return fmt::format("{}, the best of the identified ones, is rejected: {}", best_identified.name,
+    return fmt::format("{}, the best of the identified ones, is {}: {}", best_identified.name, word_of(best_identified),
                        first_reason(best_identified));
   }
   const Model* integer = best(all, false);
   if (integer == nullptr)
     return fmt::format("{} is accepted, but {}", best_identified.name, held_back_by(all, best_identified));
-  return fmt::format("{} is accepted, but {} of AR-BIC on every model of integer order, and {} is rejected: {}",
-                     best_identified.name, held_back_by(all, best_identified), integer->name, first_reason(*integer));
+  return fmt::format("{} is accepted, but {} of AR-BIC on every model of integer order, and {} is {}: {}",
+                     best_identified.name, held_back_by(all, best_identified), integer->name, word_of(*integer),
+                     first_reason(*integer));
 }
 
 /// Why an accepted model is not recommended where none is. @param all  that are compared, the least AR-BIC first
@@ -486,7 +492,12 @@ Recommendation recommend(const std::vector<const Model*>& models, const Acceptan
     result.accepted_instead = accepted_among(models, all, order);
     return result;
   }
-  const Model* runner_up = next_best(order, **picked);
+  // A rejected one is held against it where no other is accepted.
+  Models accepted;
+  std::copy_if(order.begin(), order.end(), std::back_inserter(accepted),
+               [](const Model* model) { return is_accepted(*model); });
+  const Model* runner_up = next_best(accepted, **picked);
+  if (runner_up == nullptr) runner_up = next_best(order, **picked);
   if (runner_up == nullptr) runner_up = next_best(all, **picked);
   result.model = (*picked)->name;
   result.runner_up = runner_up == nullptr ? std::string() : runner_up->name;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "ident/linear_algebra/spectra.hpp"
@@ -24,6 +25,7 @@ constexpr Eigen::Index kLags = 20;
 constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
 constexpr Eigen::Index kFutureLags = 10;
+constexpr double kTellsApart = 10.0;   // of BIC; Kass and Raftery, J. Am. Stat. Assoc. 90, 773 (1995): very strong
 constexpr double kClearTrend = 1e-3;   // chance of a trend where there is none
 constexpr double kLeastBeside = 1e-4;  // of the norm; a smaller rest is nearly a combination of other columns
 constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
@@ -126,6 +128,8 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
                                    const Whiten& white) {
   NonlinearityTest found;
   double most = -std::numeric_limits<double>::infinity();
+  double next = most;
+  NonlinearKind next_kind = found.kind;
   // A wrong model has wrong parameters; their errors would explain a part of level and position.
   Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.parameters);
   linear << past, innovations.error.leftCols(innovations.parameters);
@@ -138,14 +142,20 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
     // BIC of the effects of each kind; the p values of strong effects are all 0.
     const double gain = one.statistic - static_cast<double>(one.degrees) * std::log(innovations.freedom);
     if (one.degrees > 0 && gain > most) {
-      most = gain;
+      next = std::exchange(most, gain);
+      next_kind = found.kind;
       found.kind = effects.kind;
       found.gain =
           effects.kind == NonlinearKind::level ? gain_trend(innovations, whitened, linear_basis) : GainTrend::unknown;
     }
+    if (one.degrees > 0 && gain > next && effects.kind != found.kind) {
+      next = gain;
+      next_kind = effects.kind;
+    }
     all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());
     all.rightCols(columns.cols()) = columns;
   }
+  if (most - next < kTellsApart) found.or_kind = next_kind;
   found.test = test_along(innovations, basis_of(all));
   return found;
 }

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kResidualLevel = 0.01;  // of each residual test
 constexpr double kCloseFit_percent = 95.0;
+constexpr double kExactFit_percent = 99.9;    // what is left is small beside every use, whatever it is a multiple of
 constexpr double kFeedbackLevel = 0.001;      // of the test of the residual with future input
 constexpr double kMostError_percent = 5.0;    // of the output's standard deviation
 constexpr double kFewestLevels = 3.0;         // of an input that tells of other amplitudes
@@ -193,7 +194,7 @@ void judge_length(const Model& model, const RecordFacts& facts, Judgement& judge
 void judge_unseen_part(const Model& model, Judgement& judgement) {
   if (!model.validation || !model.estimation || !(model.estimation->score.mse > 0.0)) return;
   const Score& unseen = model.validation->score;
-  if (unseen.fit_percent >= kCloseFit_percent) return;
+  if (unseen.fit_percent >= kExactFit_percent) return;
   const double ratio = std::sqrt(unseen.mse / model.estimation->score.mse);
   judgement.criterion(Kind::error_over_estimating, ratio, kGreatestErrorOverEstimating,
                       ratio <= kGreatestErrorOverEstimating);

@@ -83,10 +83,10 @@ struct RecordFacts {
 /// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
 /// fresh input of at most 5 %, no stay at an end stop and at most 1 % of samples at which the output is at its limit
 /// and the model is not, a validating error (rms) of at most kGreatestErrorOverNoise times the noise and, unless the
-/// fit is 95 %, of at most kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating samples
-/// with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of G. A
-/// criterion that a short record does not determine is not judged, and the model is usable: the residual tests that
-/// pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
+/// fit is 99.9 %, of at most kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating
+/// samples with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of
+/// G. A criterion that a short record does not determine is not judged, and the model is usable: the residual tests
+/// that pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
 /// answering_samples()), a predicted error whose interval holds 5 %, other amplitudes than those of an input of two
 /// levels, the noise of an excitation that repeats without two periods. Every criterion that applied is listed with
 /// value and limit; each that failed or was not judged has a sentence, those of a rejection first. A model without

@@ -17,7 +17,9 @@ std::string half_width_sign(const Model& model, std::string_view sign) {
   return std::string(sign) + (model.verdict && may_miss_a_part(*model.verdict) ? " at least" : "");
 }
 
-std::string_view effect_of(const NonlinearityTest& test) {
+namespace {
+
+std::string_view effect_of_one(const NonlinearityTest& test) {
   switch (test.kind) {
     case NonlinearKind::level:
       if (test.gain == GainTrend::falls)
@@ -33,6 +35,15 @@ std::string_view effect_of(const NonlinearityTest& test) {
       break;
   }
   return "position, as where the gain of plant or sensor, or friction, changes with it";
+}
+
+}  // namespace
+
+std::string effect_of(const NonlinearityTest& test) {
+  std::string effect(effect_of_one(test));
+  if (!test.or_kind) return effect;
+  return fmt::format("{}, or on the {}, which this record does not tell apart", effect,
+                     effect_of_one({.test = {}, .kind = *test.or_kind}));
 }
 
 std::string levels_text(const InputLevels& levels, const std::string& unit) {

@@ -20,7 +20,7 @@ inline constexpr std::string_view kControllerIsAGuess =
 [[nodiscard]] std::string half_width_sign(const Model& model, std::string_view sign);
 
 /// What the residual depends on, and what of a plant makes it do so.
-[[nodiscard]] std::string_view effect_of(const NonlinearityTest& test);
+[[nodiscard]] std::string effect_of(const NonlinearityTest& test);
 
 /// "+-1.5 V", "0 and 2 V" or "2 V". @param unit  of the input
 [[nodiscard]] std::string levels_text(const InputLevels& levels, const std::string& unit);
@@ -46,6 +46,10 @@ inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the option
 /// The provenance of a model of a record whose input hardly leaves the valve's dead band: how far it went, and what
 /// the dead band takes.
 inline constexpr const char* kWithinDeadBand = "within_dead_band";
+
+/// The provenance of a model of a run whose volts come near the rig's limit, so that larger ones have no room: how
+/// near.
+inline constexpr const char* kAtCommandLimit = "at_command_limit";
 
 /// The provenance of a model judged on another record: the nonlinear effect that its own record shows, where the other
 /// record shows another one. As effect_of().

@@ -29,6 +29,8 @@
 namespace eha::ident {
 namespace {
 
+constexpr double kReachOfNoise = 3.0;  ///< standard deviations that some sample of every record exceeds
+
 using Kind = CriterionKind;
 
 constexpr double kHardlyFollows_percent = 50.0;  // R2 below which other amplitudes are not the first thought
@@ -208,6 +210,13 @@ class Reasons {
         }
         return low_r2(c);
       case Kind::max_abs_error:
+        if (const auto noise = measured_noise(); noise && c.limit < kReachOfNoise * *noise) {
+          return fmt::format(
+              "No model can keep the limit on the greatest error, {}: the noise alone, {} (rms) between the record's "
+              "periods, reaches beyond it, and the greatest {} error is {}; raise max_abs_error.",
+              error_text(c.limit, model_.output_unit), error_text(*noise, model_.output_unit), c.parameter,
+              error_text(c.value, model_.output_unit));
+        }
         return fmt::format(
             "The model is too far off at one place: the greatest {} error of {} is above the limit of "
             "{}; look there in the report, and cut a disturbance with --from or --to.",
@@ -408,6 +417,17 @@ class Reasons {
         value, half_width, kInterval95 * c.limit);
   }
 
+  /// The noise that differs between the record's periods, from the error in multiples of it; none where not measured.
+  [[nodiscard]] std::optional<double> measured_noise() const {
+    constexpr double kKnown = 1e-300;
+    if (!model_.validation) return std::nullopt;
+    for (const Criterion& c : verdict_.criteria) {
+      const bool is_over_noise = c.kind == Kind::error_over_noise || c.kind == Kind::far_error_over_noise;
+      if (is_over_noise && c.judged && c.value > kKnown) return std::sqrt(model_.validation->score.mse) / c.value;
+    }
+    return std::nullopt;
+  }
+
   /// "record greater amplitudes, as ..." where the input hardly leaves the dead band; else empty.
   [[nodiscard]] std::string greater_amplitudes() const {
     const auto within = model_.provenance.find(kWithinDeadBand);
@@ -437,10 +457,14 @@ class Reasons {
     }
     const std::optional<NonlinearKind> kind = nonlinear_kind(model_, verdict_);
     if (kind == NonlinearKind::motion || kind == NonlinearKind::direction) {
-      return fmt::format("{}record larger amplitudes, beside which friction and play are small",
-                         may_have_friction(model_, verdict_)
-                             ? "fit the structure with dry friction (eha fit --model friction), or "
-                             : "");
+      const auto full = model_.provenance.find(kAtCommandLimit);
+      return fmt::format(
+          "{}{}",
+          may_have_friction(model_, verdict_) ? "fit the structure with dry friction (eha fit --model friction), or "
+                                              : "",
+          full == model_.provenance.end()
+              ? "record larger amplitudes, beside which friction and play are small"
+              : "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second);
     }
     if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
     if (noted_shift(model_)) {

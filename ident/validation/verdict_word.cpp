@@ -48,8 +48,9 @@ std::string sight_of(const Model& model, const Verdict& verdict) {
   if (verdict.grade == Grade::usable && shows_a_part && !needs_longer_record(verdict) &&
       error.upper <= kClose_percent) {
     return fmt::format(
-        "The grade is about what the tests can see: this record has so little noise that an error of at most {:.1g} % "
-        "of the output's standard deviation shows. On a noisier record the same model may be graded good.",
+        "The grade is about what the tests can see: beside the noise of this record an error of at most {:.1g} % of "
+        "the "
+        "output's standard deviation shows. On a noisier record the same model may be graded good.",
         error.upper);
   }
   return {};

@@ -76,6 +76,30 @@ TEST(LongerExperiment, DoublesTheRepetitionsAndKeepsTheRest) {
   EXPECT_NE(six->text.find("\nrepetitions = 6  # times\n"), std::string::npos) << six->text;
 }
 
+TEST(LongerExperiment, HasTheLengthThatIsAskedFor) {
+  const auto next = longer_experiment(source_with(kExperiment), 41.0);
+  ASSERT_TRUE(next);
+  const config::ExperimentConfig longer = config::parse_experiment(next->text, "next.toml");
+  EXPECT_GE(longer.repetitions * longer.duration_s, 41.0 + longer.fit.discard_s);
+  EXPECT_LT((longer.repetitions - 1) * longer.duration_s, 41.0 + longer.fit.discard_s);
+  EXPECT_NE(next->reason.find("s or more are asked for"), std::string::npos) << next->reason;
+}
+
+TEST(LongerExperiment, HasMoreTonesWhereASingleOneWasTooShort) {
+  Source source = source_with(
+      "schema = 1\nname = \"short\"\nduration_s = 3.0\n[excitation]\nkind = \"multisine\"\noffset_V = -0.2\n"
+      "tones = [{ frequency_Hz = 1.0, amplitude_V = 0.6 }]\n[record]\ndiscard_s = 0.0\ndecimation = 10\n");
+  source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  const auto next = longer_experiment(source, 22.2);
+  ASSERT_TRUE(next);
+  const config::RigConfig rig = config::parse_rig(source.rig_text, "rig.toml");
+  const auto prepared = config::parse_prepared_experiment(next->text, "next.toml", rig);
+  EXPECT_EQ(prepared.config.duration_s, 23.0) << next->text;
+  EXPECT_EQ(prepared.config.repetitions, 1);
+  EXPECT_EQ(std::get<ident::Multisine>(prepared.config.played()->excitation.kind).tones.size(), 3U);
+  EXPECT_EQ(next->reason.rfind("three tones in 23 s; 22.2 s or more are asked for", 0), 0U) << next->reason;
+}
+
 TEST(LongerExperiment, IsAMultisineThatTheRehearsalPassesInPlaceOfAStep) {
   const std::string step =
       "schema = 1\nname = \"step\"\nduration_s = 20.0\n[excitation]\nkind = \"step\"\namplitude_V = 0.5\nhold_s = "
@@ -120,6 +144,18 @@ TEST(LongerExperiment, HasGreaterTonesWhereTheVoltsHardlyLeaveTheDeadBand) {
   const auto same = longer_experiment(source);
   ASSERT_TRUE(same);
   EXPECT_NE(same->text.find("amplitude_V = 0.7"), std::string::npos) << same->text;
+}
+
+TEST(CommandLimit, IsNamedWhereItLeavesNoRoomForLargerAmplitudes) {
+  Source source = source_with(kExperiment);
+  source.record.input = Eigen::VectorXd::Constant(8, 4.85);
+  EXPECT_EQ(at_command_limit(source), "") << "a rig that is not known";
+  source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  EXPECT_EQ(at_command_limit(source), "the volts reach 4.85 V of the rig's 5 V");
+  source.record.input = -source.record.input;
+  EXPECT_EQ(at_command_limit(source), "the volts reach -4.85 V of the rig's -5 V");
+  source.record.input *= 0.5;
+  EXPECT_EQ(at_command_limit(source), "");
 }
 
 TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {

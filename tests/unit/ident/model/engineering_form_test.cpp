@@ -106,6 +106,11 @@ TEST(EngineeringForm, GivesTheIntervalsOfFrequencyAndDamping) {
   EXPECT_NE(engineering_form(model, "+-").find("; f0 = 15.92 Hz, D = 0.500 +- 0.020"), std::string::npos)
       << engineering_form(model, "+-");
   EXPECT_NE(engineering_form(model).find("; f0 = 15.92 Hz, D = 0.5; dead time 15 s"), std::string::npos);
+  // What lies far above the band is not observed, and has no interval.
+  model.verdict.emplace().usable_band = FrequencyInterval{0.05, 0.65};
+  EXPECT_NE(engineering_form(model, "+-").find("; f0 = 15.92 Hz, D = 0.5 (not observed: above the band, to 0.65 Hz)"),
+            std::string::npos)
+      << engineering_form(model, "+-");
 }
 
 TEST(EngineeringForm, IsNoneForAFractionalOrder) {

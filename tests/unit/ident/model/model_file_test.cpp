@@ -49,7 +49,8 @@ Model full_model() {
   validation.ccf = {{-1, 0, 1}, {0.1, 0.2, 0.3}, 0.2, 0.25};
   validation.ljung_box_p = 1e-17;
   validation.tests = ResidualTests{2, {20.5, 21, 0.49}, {40.5, 18, 0.0018}};
-  validation.tests->nonlinearity = NonlinearityTest{{80.5, 30, 1e-6}, NonlinearKind::level, GainTrend::falls};
+  validation.tests->nonlinearity =
+      NonlinearityTest{{80.5, 30, 1e-6}, NonlinearKind::level, GainTrend::falls, NonlinearKind::position};
   validation.tests->future_input = ResidualTest{8.5, 10, 0.58};
   validation.tests->error = PredictedError{1.5, 3.5};
   validation.extrapolated_percent = 1.5;

@@ -169,6 +169,7 @@ TEST(ResidualTests, FindAPlantThatIsNotLinear) {
     const ResidualTests level = tested_on(saturated, draw);
     EXPECT_LT(level.nonlinearity.value().test.p, 1e-6) << run;
     EXPECT_EQ(level.nonlinearity->kind, NonlinearKind::level) << run;
+    EXPECT_FALSE(level.nonlinearity->or_kind) << run;
     EXPECT_GT(level.error.value().upper, level.error->lower) << run;
     const ResidualTests play = tested_on(with_play, draw);
     EXPECT_LT(play.nonlinearity.value().test.p, 1e-6) << run;

@@ -97,6 +97,20 @@ TEST(Verdict, LowersWhatErrsMoreThanTheMeasuredNoise) {
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "without a measured noise nothing is compared";
 }
 
+TEST(Verdict, NamesALimitOnTheGreatestErrorThatTheNoiseAloneExceeds) {
+  Model model = good_model();
+  model.validation->score.mse = 0.0049;
+  model.validation->score.error_max = 0.2;
+  AcceptanceLimits limits;
+  limits.max_abs_error = 0.1;
+  const std::string reason = judge(model, limits, {.noise_std = 0.05}).reasons.front();
+  EXPECT_NE(reason.find("No model can keep the limit on the greatest error, 0.1 in: the noise alone, 0.05 in (rms)"),
+            std::string::npos)
+      << reason;
+  EXPECT_EQ(
+      judge(model, limits, {.noise_std = 0.025}).reasons.front().rfind("The model is too far off at one place", 0), 0U);
+}
+
 TEST(Verdict, LowersWhatErrsFarMoreOnUnseenDataThanWhereItWasEstimated) {
   Model model = good_model();
   model.estimation->score.mse = 0.0001;
@@ -109,7 +123,9 @@ TEST(Verdict, LowersWhatErrsFarMoreOnUnseenDataThanWhereItWasEstimated) {
             "here, more than 3; record longer, and hold the model against another record (eha validate) before it is "
             "relied on.");
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "another record may move as much more";
-  model.validation->score.fit_percent = 95.0;
+  model.validation->score.fit_percent = 99.0;
+  EXPECT_EQ(judge(model, {}, {.holds_both_parts = true}).grade, Grade::usable) << "of every model alike";
+  model.validation->score.fit_percent = 99.9;
   EXPECT_EQ(judge(model, {}, {.holds_both_parts = true}).grade, Grade::good) << "a small error is no matter";
   model.validation->score.fit_percent = 88.0;
   model.validation->score.mse = 0.0008;
@@ -306,6 +322,19 @@ TEST(Verdict, NamesTheEffectThatTheModelsOwnRecordShowsBesideThatOfAnotherOne) {
       << reason;
 }
 
+TEST(Verdict, NamesBothEffectsThatTheRecordDoesNotTellApart) {
+  Model model = good_model();
+  NonlinearityTest test{.test = {.statistic = 60.0, .degrees = 9, .p = 1e-6}, .kind = NonlinearKind::motion};
+  test.or_kind = NonlinearKind::direction;
+  model.validation->tests->nonlinearity = test;
+  const std::string reason = judge(model, {}).reasons.front();
+  EXPECT_NE(
+      reason.find("depends on the direction of motion, as with dry friction or play, or on the direction of the "
+                  "input, as with play, hysteresis or a limited rate, which this record does not tell apart (p ="),
+      std::string::npos)
+      << reason;
+}
+
 TEST(Verdict, OffersADeadTimeForALagThatWasFittedWithoutOne) {
   Model model = good_model();
   model.transfer_function = {{{0.06, 0.0}}, {{0.018, 0.0}, {1.0, 1.0}}, 0.0};
@@ -381,7 +410,7 @@ TEST(Verdict, SaysWhatTheTestsCanSeeWhereTheGradeMayPuzzle) {
   EXPECT_EQ(sight_of(noisy, judge(noisy, {})), "");
   Model clean = noisy;
   clean.validation->tests->input.p = 1e-5;
-  EXPECT_NE(sight_of(clean, judge(clean, {})).find("so little noise that an error of at most 0.1 %"),
+  EXPECT_NE(sight_of(clean, judge(clean, {})).find("beside the noise of this record an error of at most 0.1 %"),
             std::string::npos);
   clean.validation->tests->error = PredictedError{3.0, 4.0};
   EXPECT_EQ(sight_of(clean, judge(clean, {})), "") << "an error that matters on any record";
@@ -460,9 +489,9 @@ TEST(Verdict, SaysOfAnEffectWhatWasSeenAndWhatLooksSo) {
   for (const NonlinearKind kind :
        {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
     for (const GainTrend gain : {GainTrend::unknown, GainTrend::falls, GainTrend::grows}) {
-      const std::string_view effect = effect_of({{}, kind, gain});
-      EXPECT_NE(effect.find(", as "), std::string_view::npos) << effect;
-      EXPECT_EQ(effect.find("the plant has"), std::string_view::npos) << effect;
+      const std::string effect = effect_of({{}, kind, gain});
+      EXPECT_NE(effect.find(", as "), std::string::npos) << effect;
+      EXPECT_EQ(effect.find("the plant has"), std::string::npos) << effect;
     }
   }
 }
@@ -512,6 +541,14 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   EXPECT_NE(reasons[1].find("or fit the structure with dry friction (eha fit --model friction)."), std::string::npos)
       << reasons[1];
   for (const std::string& reason : reasons) EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+  Model full = model;
+  full.provenance[kAtCommandLimit] = "the volts reach 4.85 V of the rig's 5 V";
+  const std::string no_room = judge(full, {}, {.beside_ladder = true}).reasons.front();
+  EXPECT_EQ(no_room.find("record larger"), std::string::npos) << no_room;
+  EXPECT_NE(no_room.find("reduce friction and play on the rig, as larger amplitudes have no room: the volts reach 4.85 "
+                         "V of the rig's 5 V"),
+            std::string::npos)
+      << no_room;
   // A map holds the friction, if the model follows closely.
   model.input_map = ValveMap{-0.2, 0.15, 0.9};
   const auto offers = [&](double fit_percent) {
