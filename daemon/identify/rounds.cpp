@@ -102,11 +102,11 @@ std::string with_tones(const config::ExperimentConfig& experiment, double offset
   return experiment.text.substr(0, begin) + table + (end == std::string::npos ? "\n" : experiment.text.substr(end));
 }
 
-/// The experiment in one repetition of so many whole seconds.
-config::ExperimentConfig in_one_piece(config::ExperimentConfig experiment, double length_s) {
-  experiment.duration_s = std::ceil(length_s);
+/// The experiment in two repetitions of so many whole seconds together, so that each half has whole periods.
+config::ExperimentConfig in_two_pieces(config::ExperimentConfig experiment, double length_s) {
+  experiment.duration_s = std::ceil(0.5 * length_s);
   experiment.text = with_number(experiment.text, "duration_s", static_cast<int>(experiment.duration_s), "name");
-  experiment.text = with_number(experiment.text, "repetitions", 1, "duration_s");
+  experiment.text = with_number(experiment.text, "repetitions", 2, "duration_s");
   return experiment;
 }
 
@@ -194,13 +194,13 @@ std::optional<NextExperiment> longer_experiment(const Source& source, double use
     const bool is_allowed = !same || passes(rehearsed(*same, *rig));
     const auto weak_V = same ? reach_within_dead_band(*same, *rig) : std::nullopt;
     if (same && for_length == repetitions && has_few_tones(*same, rig->realtime.sample_period_s)) {
-      const config::ExperimentConfig longer = in_one_piece(experiment, used_s + experiment.fit.discard_s);
+      const config::ExperimentConfig longer = in_two_pieces(experiment, used_s + experiment.fit.discard_s);
       if (std::string text = text_with_tones(longer, *rig); !text.empty()) {
         next.text = std::move(text);
         next.what = "a longer experiment with more tones";
         next.reason = fmt::format(
             "three tones in {:g} s; {:.3g} s or more are asked for, and fewer tones do not tell the structures apart",
-            longer.duration_s, used_s + experiment.fit.discard_s);
+            2.0 * longer.duration_s, used_s + experiment.fit.discard_s);
         return next;
       }
     }

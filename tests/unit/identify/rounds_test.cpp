@@ -94,10 +94,10 @@ TEST(LongerExperiment, HasMoreTonesWhereASingleOneWasTooShort) {
   ASSERT_TRUE(next);
   const config::RigConfig rig = config::parse_rig(source.rig_text, "rig.toml");
   const auto prepared = config::parse_prepared_experiment(next->text, "next.toml", rig);
-  EXPECT_EQ(prepared.config.duration_s, 23.0) << next->text;
-  EXPECT_EQ(prepared.config.repetitions, 1);
+  EXPECT_EQ(prepared.config.duration_s, 12.0) << next->text;
+  EXPECT_EQ(prepared.config.repetitions, 2);
   EXPECT_EQ(std::get<ident::Multisine>(prepared.config.played()->excitation.kind).tones.size(), 3U);
-  EXPECT_EQ(next->reason.rfind("three tones in 23 s; 22.2 s or more are asked for", 0), 0U) << next->reason;
+  EXPECT_EQ(next->reason.rfind("three tones in 24 s; 22.2 s or more are asked for", 0), 0U) << next->reason;
 }
 
 TEST(LongerExperiment, IsAMultisineThatTheRehearsalPassesInPlaceOfAStep) {
