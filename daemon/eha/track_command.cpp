@@ -169,8 +169,8 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   tune::MeasuredTrial& trial = subject.measured.emplace();
   trial.run = result.folder.filename().string();
   for (const track::KeptFigure& f : result.figures) {
-    trial.figures.push_back(
-        {f.name, f.measured, f.unit, track::kept_text(f), f.noise, f.limit(), f.bound == track::Bound::least});
+    trial.figures.push_back({f.name, f.measured, f.unit, track::kept_text(f), f.noise, f.limit(),
+                             f.bound == track::Bound::least, f.is_lower_bound});
   }
   trial.changes = track::changes_of(result, unit);
   subject.unit = unit;

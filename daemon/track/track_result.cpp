@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "config/bound_text.hpp"
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
@@ -341,6 +342,11 @@ TrackResult track_result(const record::OpenRun& opened) {
     result.figures.push_back(margin_figure("Mt", "", m.margins.mt, m.mt_std, p.mt, Bound::most));
     result.figures.push_back(
         margin_figure("phase margin", "deg", m.margins.phase_deg, m.phase_std_deg, p.phase_margin_deg, Bound::least));
+    // The sweep ends below the frequency of the gain margin, which Ms bounds: what it does not show is left out.
+    KeptFigure gain =
+        margin_figure("gain margin", "times", m.margins.ms / (m.margins.ms - 1.0), 0.0, p.gain_margin, Bound::least);
+    gain.is_lower_bound = true;
+    if (m.margins.ms > 1.0 && gain.beyond() <= 0.0) result.figures.push_back(gain);
     result.figures.push_back(
         margin_figure("delay margin", "s", m.margins.delay_s, m.delay_std_s, p.delay_margin_s, Bound::least));
   }
@@ -372,12 +378,14 @@ std::string kept_text(const TrackResult& result) {
 }
 
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
-  std::string text = fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<4}  {}\n", "figure", "measured", "noise adds to",
+  std::string text = fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<5} {}\n", "figure", "measured", "noise adds to",
                                  "promised", "unit", "kept");
   for (const KeptFigure& f : result.figures) {
     const double factor = unit.factor(f.unit);
-    text += fmt::format("{:<32} {:>9.3g} {:>14.2g} {:>12}  {:<4}  {}\n", f.name, factor * f.measured, factor * f.noise,
-                        fmt::format("{} {:.3g}", f.bound == Bound::most ? "<=" : ">=", factor * f.limit()),
+    const bool is_most = f.bound == Bound::most;
+    text += fmt::format("{:<32} {:>9} {:>14.2g} {:>12}  {:<5} {}\n", f.name,
+                        fmt::format("{}{:.3g}", f.is_lower_bound ? ">= " : "", factor * f.measured), factor * f.noise,
+                        fmt::format("{} {}", is_most ? "<=" : ">=", config::bound_text(factor * f.limit(), is_most)),
                         unit.of(f.unit), kept_text(f));
   }
   if (result.reference_behind_in > 0.0) {
@@ -426,6 +434,7 @@ nlohmann::ordered_json to_json(const TrackResult& result) {
          {"promised", f.promised.value},
          {"promised_to", f.limit()},
          {"promised_is", f.bound == Bound::most ? "most" : "least"},
+         {"is_lower_bound", f.is_lower_bound},
          {"kept", f.is_decided() ? nlohmann::ordered_json(f.is_kept()) : nlohmann::ordered_json(nullptr)}});
   }
   return {{"schema", "eha-track/1"},

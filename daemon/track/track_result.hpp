@@ -35,7 +35,8 @@ struct KeptFigure {
   double noise = 0.0;  ///< greatest contribution of the sensor's noise and of the means over 50 ms
   config::PromisedFigure promised;
   Bound bound = Bound::most;
-  bool is_two_sided = false;  ///< the noise may as well have made it better
+  bool is_two_sided = false;    ///< the noise may as well have made it better
+  bool is_lower_bound = false;  ///< the measured value is at least this
   [[nodiscard]] double limit() const noexcept { return bound == Bound::most ? promised.upper : promised.lower; }
   /// Whether the noise is small enough to decide if the promise is kept.
   [[nodiscard]] bool is_decided() const noexcept {

@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "config/bound_text.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/tune/expected_trip.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -52,20 +54,13 @@ std::optional<double> rise_s(const ControllerSubject& subject) {
   return std::nullopt;
 }
 
-/// Two digits of a bound, rounded to the side on which nothing is promised that is not held.
-std::string bound_text(double bound, double (*rounded)(double), double slack) {
-  const double digit = bound > 0.0 ? std::pow(10.0, std::floor(std::log10(bound)) - 1.0) : 1.0;
-  return fmt::format("{:.4g}", digit * rounded(bound / digit + slack));
-}
-
-constexpr double kRounding = 1e-9;
-std::string at_most(double bound) { return bound_text(bound, std::ceil, -kRounding); }
-std::string at_least(double bound) { return bound_text(bound, std::floor, kRounding); }
+std::string at_most(double bound) { return config::upper_bound_text(bound); }
+std::string at_least(double bound) { return config::lower_bound_text(bound); }
 
 std::string margins(const config::ControllerPromise& p) {
   return fmt::format(
-      "Margins: phase {:.0f} degrees and at least {} for 95 % of what the model may be, gain {:.3g} times and at "
-      "least {}, {:.2g} s of further delay and at least {}.",
+      "Margins: phase {:.3g} degrees and at least {} for 95 % of what the model may be, gain {:.3g} times and at "
+      "least {}, {:.3g} s of further delay and at least {}.",
       p.phase_margin_deg.value, at_least(p.phase_margin_deg.lower), p.gain_margin.value, at_least(p.gain_margin.lower),
       p.delay_margin_s.value, at_least(p.delay_margin_s.lower));
 }
@@ -73,9 +68,8 @@ std::string margins(const config::ControllerPromise& p) {
 /// "0.0123 in, promised at most 0.01": one figure of a trial.
 std::string beside_limit(const MeasuredFigure& figure, const DisplayUnit& unit) {
   const double factor = unit.factor(figure.unit);
-  return fmt::format("{:.3g}{}, promised at {} {:.3g}", factor * figure.value,
-                     ident::after_number(unit.of(figure.unit)), figure.is_least ? "least" : "most",
-                     factor * figure.limit);
+  return fmt::format("{:.3g}{}, promised at {} {}", factor * figure.value, ident::after_number(unit.of(figure.unit)),
+                     figure.is_least ? "least" : "most", config::bound_text(factor * figure.limit, !figure.is_least));
 }
 
 /// What the headline says of the errors: as measured on the rig, else as promised.
@@ -172,11 +166,15 @@ std::string answer_box(const ControllerSubject& subject) {
         "\n{}</details>\n</section>\n",
         report::escaped(name + ": its trial will trip on this rig"), report::paragraph(*reason), promise);
   }
+  const std::string file = shell_word(c.name + ".toml");
+  const std::string to_plc = fmt::format("`eha export {} --format st -o {}` (or c, simulink) writes it for a PLC.",
+                                         file, shell_word(c.name + "_control.st"));
   promise += report::paragraph(
       subject.measured
-          ? "Next: `eha export` with the controller's file and `--format st` (or c, simulink) writes it for a PLC."
-          : "Next: `eha track` with the controller's file plays it on the rig and says whether the promise is kept; "
-            "then `eha export` with `--format st` (or c, simulink) writes it for a PLC.");
+          ? fmt::format("Next: {}", to_plc)
+          : fmt::format("Next: `eha track {}` plays it on the rig and says whether the promise is kept (on "
+                        "a simulated rig with the options that `eha tune` names); then {}",
+                        file, to_plc));
   return fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
                      report::escaped(fmt::format("{}: {}", name, errors_text(subject))), promise);
 }

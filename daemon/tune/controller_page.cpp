@@ -8,6 +8,7 @@
 #include <complex>
 #include <numbers>
 
+#include "config/bound_text.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/tune/controller_answer.hpp"
@@ -35,9 +36,9 @@ report::Item motion(const ControllerSubject& subject) {
   item.figure = motion_figure(*subject.trace, item.heading, subject.unit);
   const config::ControllerPromise& p = subject.controller.promise;
   const double factor = subject.unit.factor("in");
-  item.remark.seen = fmt::format("The error in trapezoids is promised within {:.2g} {} RMS, {:.2g} {} at worst.",
-                                 factor * p.following_rms_in.upper, subject.unit.of("in"),
-                                 factor * p.following_worst_in.upper, subject.unit.of("in"));
+  item.remark.seen = fmt::format("The error in trapezoids is promised within {} {} RMS, {} {} at worst.",
+                                 config::upper_bound_text(factor * p.following_rms_in.upper), subject.unit.of("in"),
+                                 config::upper_bound_text(factor * p.following_worst_in.upper), subject.unit.of("in"));
   item.remark.good = "The error is small while the rod moves and at rest, and the command does not swing at rest.";
   item.remark.to_do = "Compare the rig's own run with this; a larger error says that valve or load have changed.";
   return item;
@@ -132,9 +133,9 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
   const config::ControllerPromise& p = subject.controller.promise;
   item.remark.seen = fmt::format(
-      "Phase margin {:.0f} degrees, at least {:.0f} for 95 % of the draws; gain margin {:.2g}, at least "
-      "{:.2g}.",
-      p.phase_margin_deg.value, p.phase_margin_deg.lower, p.gain_margin.value, p.gain_margin.lower);
+      "Phase margin {:.3g} degrees, at least {} for 95 % of the draws; gain margin {:.3g} times, at least {}.",
+      p.phase_margin_deg.value, config::lower_bound_text(p.phase_margin_deg.lower), p.gain_margin.value,
+      config::lower_bound_text(p.gain_margin.lower));
   item.remark.seen +=
       " Of the linear loop: model, filter and feedback about a moving rod. The dead band, which the inverse of the "
       "valve "
@@ -206,7 +207,11 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
     return some;
   };
   std::vector<double> error;
-  for (std::size_t i = 0; i < t.time_s.size(); i += every) error.push_back(factor * (t.rod_in[i] - t.reference_in[i]));
+  for (std::size_t i = 0; i < t.time_s.size(); i += every) {
+    // In the sweep the rod follows tones and no reference; it would set the axis.
+    const bool is_of_sweep = t.sweep_s && t.time_s[i] >= t.sweep_s->first && t.time_s[i] <= t.sweep_s->second;
+    error.push_back(is_of_sweep ? std::nan("") : factor * (t.rod_in[i] - t.reference_in[i]));
+  }
   plot::Panel position{.x_label = "", .y_label = fmt::format("position [{}]", unit.of("in"))};
   position.series.push_back({.label = "rod", .x = time, .y = shown(t.rod_in), .style = 0});
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
@@ -261,8 +266,11 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
     const auto number = [](double value) {
       return std::abs(value) > 1e8 ? std::string("no limit") : fmt::format("{:.3g}", value);
     };
-    return std::vector<std::string>{what, number(factor * f.value), number(factor * f.lower), number(factor * f.upper),
-                                    display.of(unit)};
+    const auto bound = [&](double value, bool is_upper) {
+      return std::abs(value) > 1e8 ? number(value) : config::bound_text(value, is_upper);
+    };
+    return std::vector<std::string>{what, number(factor * f.value), bound(factor * f.lower, false),
+                                    bound(factor * f.upper, true), display.of(unit)};
   };
   return {row("following error, RMS", p.following_rms_in, "in"),
           row("following error, worst", p.following_worst_in, "in"),
@@ -320,10 +328,12 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   for (const auto& row : promise_rows(promise, unit)) {
     for (const MeasuredFigure& figure : trial.figures) {
       if (figure.name == row[0])
-        rows.push_back({row[0], fmt::format("{:.3g}", unit.factor(figure.unit) * figure.value),
+        rows.push_back({row[0],
+                        (figure.is_lower_bound ? "at least " : "") +
+                            fmt::format("{:.3g}", unit.factor(figure.unit) * figure.value),
                         fmt::format("{:.2g}", unit.factor(figure.unit) * figure.noise),
-                        fmt::format("{} {:.3g}", figure.is_least ? "at least" : "at most",
-                                    unit.factor(figure.unit) * figure.limit),
+                        fmt::format("{} {}", figure.is_least ? "at least" : "at most",
+                                    config::bound_text(unit.factor(figure.unit) * figure.limit, !figure.is_least)),
                         row[4], figure.kept});
     }
   }
@@ -341,7 +351,8 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
   item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
   if (trial.trace.sweep_s) {
     item.remark.seen +=
-        " Grey: the sweep that measures the margins by tones; what the rod does in it is no following error.";
+        " Grey: the sweep that measures the margins by tones; what the rod does in it is no following error, and not "
+        "drawn as one.";
   }
   item.remark.good = "Outside of the sweep the error is as in the table.";
   item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";

@@ -20,7 +20,8 @@ struct MeasuredFigure {
   std::string kept;    ///< "yes", "no", or why it cannot be said
   double noise = 0.0;  ///< greatest contribution of noise
   double limit = 0.0;
-  bool is_least = false;  ///< the limit is a lower one: a margin
+  bool is_least = false;        ///< the limit is a lower one: a margin
+  bool is_lower_bound = false;  ///< the value, too: it is at least that
 };
 
 /// A trial on a rig.

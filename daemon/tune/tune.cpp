@@ -150,6 +150,13 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
                       ? "A model's numbers are of a fit, which a leak, dry friction and the structure shift."
                       : "Did the valve change between the two?"));
   }
+  constexpr double kReachOfNoise = 3.0;
+  if (kReachOfNoise * task.axis.noise > tuned.promise.following_worst_in.upper) {
+    lines.push_back(fmt::format(
+        "The sensor's noise, {:.2g} {} (rms), reaches beyond the promised error of {:.2g} {}: the promise is "
+        "of the rod, and a trial may show figures of it as hidden by noise.",
+        factor * task.axis.noise, in, factor * tuned.promise.following_worst_in.upper, in));
+  }
   if (d.settings.feedback.ki > 0.0) {
     lines.push_back(
         fmt::format("The integral stands still within {:.2g} {} of the reference, where noise and friction "

@@ -48,6 +48,9 @@ TuneTask task_for(const hal::SimOptions& rig) {
 TEST(MotionFigure, SaysThatItsErrorsAreMeans) {
   TrialTrace trace{{0.0, 0.001}, {1.0, 1.0}, {1.0, 1.1}, {0.0, 0.1}};
   EXPECT_EQ(motion_figure(trace, "trial").panels.at(1).series.front().label, "");
+  trace.sweep_s = {0.0005, 0.002};
+  EXPECT_TRUE(std::isnan(motion_figure(trace, "trial").panels.at(1).series.front().y.at(1)));
+  EXPECT_FALSE(std::isnan(motion_figure(trace, "trial").panels.at(1).series.front().y.at(0)));
   trace.mean_s = 0.05;
   EXPECT_EQ(motion_figure(trace, "trial").panels.at(1).series.front().label, "means over 50 ms");
 }
@@ -66,7 +69,8 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   EXPECT_EQ(html.rfind("<section class=\"verdict some\"><h2>P controller", 0), 0U) << html;
   for (const char* told :
        {"within 0.0026 in of the reference", "overshoots by at most 0.0012 in", "phase 80 degrees and at least 69",
-        "<li>The margin limits the gain.</li>", "Next: <code>eha track</code>"}) {
+        "<li>The margin limits the gain.</li>", "Next: <code>eha track axis.toml</code>",
+        "<code>eha export axis.toml --format st -o axis_control.st</code>"}) {
     EXPECT_NE(html.find(told), std::string::npos) << told << " in " << html;
   }
   subject.measured.emplace().figures = {
