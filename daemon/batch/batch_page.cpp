@@ -103,16 +103,6 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
   return item;
 }
 
-std::string fit_percent_of(const Row& row) {
-  if (!row.fit.is_object()) return {};
-  for (const auto& model : row.fit.at("models")) {
-    if (model.at("name") != row.recommended || !model.contains("validation")) continue;
-    const auto& percent = model.at("validation").at("fit_percent");
-    if (percent.is_number()) return fmt::format("{:.2f}", percent.get<double>());
-  }
-  return {};
-}
-
 std::string names_apart(const Row& row) {
   std::string text;
   for (const Outlier& one : row.outliers) text += (text.empty() ? "" : ", ") + one.parameter;
@@ -128,8 +118,9 @@ std::string records_table(const Table& table) {
     for (const NotCompared& one : left_out) {
       if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
     }
-    rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), fit_percent_of(row),
-                    names_apart(row), std::move(missing)});
+    RowFigures figures = figures_of(row);
+    rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), std::move(figures.fit_percent),
+                    std::move(figures.error), std::move(figures.form), names_apart(row), std::move(missing)});
   }
   using report::Column;
   return report::table({{"record"},
@@ -137,6 +128,8 @@ std::string records_table(const Table& table) {
                         {"recommended"},
                         {"grade"},
                         {"fit on unseen data, %", Column::number},
+                        {"largest error", Column::number},
+                        {"in figures", Column::wide_text},
                         {"apart in"},
                         {"why no model, or not compared", Column::wide_text}},
                        rows);

@@ -300,8 +300,9 @@ std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::s
     if (!rows[i].judged) continue;
     const Json* found = model_of(rows[i].fit, model);
     if (found != nullptr && is_accepted(*found)) continue;
-    std::string reason = model + (found == nullptr ? " was not fitted" : " is rejected");
-    const Json reasons = found == nullptr ? Json() : found->at("verdict").value("reasons", Json());
+    const Json verdict = found == nullptr ? Json::object() : found->at("verdict");
+    std::string reason = model + (found == nullptr ? " was not fitted" : " is " + verdict.value("word", "rejected"));
+    const Json reasons = verdict.value("reasons", Json());
     if (reasons.is_array() && !reasons.empty() && reasons.front().is_string()) {
       reason += ": " + ident::statement_of(reasons.front().get<std::string>());
     }

@@ -9,6 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/error.hpp"
+#include "ident/model/engineering_form.hpp"
+#include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/parameter_change.hpp"
 
@@ -71,6 +74,25 @@ std::string instead_text(const Row& row, const std::string& common_model) {
   for (const std::string& name : changed) (is_of_map(name) ? causes : followers).push_back(name);
   if (has_map && !causes.empty() && !followers.empty()) return ident::either_follows(causes, followers);
   return ident::map_instead(changed, has_map);
+}
+
+RowFigures figures_of(const Row& row) {
+  RowFigures figures;
+  if (!row.fit.is_object()) return figures;
+  for (const Json& found : row.fit.value("models", Json::array())) {
+    if (found.at("name") != row.recommended || !found.contains("validation")) continue;
+    try {
+      const ident::Model model = ident::model_from_text(found.dump(), row.record.id);
+      const ident::Score& score = model.validation.value().score;
+      figures.fit_percent = fmt::format("{:.1f}", score.fit_percent);
+      figures.error =
+          fmt::format("{:.3g} {}", std::max(std::abs(score.error_min), std::abs(score.error_max)), model.output_unit);
+      figures.form = ident::engineering_form(model);
+    } catch (const Error&) {  // of another version
+    }
+    break;
+  }
+  return figures;
 }
 
 std::string why_none(const Row& row) {

@@ -151,7 +151,11 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   std::string failures;
   for (const batch::Row& row : table.rows) {
     if (row.judged) {
-      if (rows.size() < kMostRowsShown) rows.push_back({row.record.id, row.recommended, batch::grade_of(row)});
+      if (rows.size() < kMostRowsShown) {
+        batch::RowFigures figures = batch::figures_of(row);
+        rows.push_back({row.record.id, row.recommended, batch::grade_of(row), std::move(figures.fit_percent),
+                        std::move(figures.error), std::move(figures.form)});
+      }
       if (const std::string why = batch::why_none(row); !why.empty()) {
         without += fmt::format("no model {}: {}\n", row.record.id, why);
       }
@@ -162,7 +166,8 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
       failures += fmt::format("failed   {}: exit code {}: {}\n", row.record.source, row.exit_code, row.reason);
     }
   }
-  std::string text = text_table({{"record"}, {"recommended"}, {"grade"}}, rows);
+  std::string text = text_table(
+      {{"record"}, {"recommended"}, {"grade"}, {"fit %", Align::right}, {"error", Align::right}, {"in figures"}}, rows);
   if (table.judged > rows.size()) text += fmt::format("and {} more, see table.csv\n", table.judged - rows.size());
   text += fmt::format("records  {} judged, {} failed, {} still open\n", table.judged, failed, table.missing);
   if (!table.common_model.empty()) text += fmt::format("compared {}\n", table.common_model);
