@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/capitalised.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/text_table.hpp"
@@ -170,6 +171,16 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
     found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
+    if (run.bent_map) {
+      const std::string bent = fmt::format(
+          "on {} the rod moves within the dead band, as where oil leaks past the piston: null and dead band of that "
+          "fit "
+          "may be up to {:.2g} {} off the valve's, so that a leak alone explains their change and the valve may be the "
+          "same; `eha characterise` of the rig shows the drift inside the dead band, and the valve's own null",
+          titles[run.bent_map->is_first ? 0 : i], run.bent_map->shift, model.input_unit);
+      found += "  " + bent + "\n";
+      out.findings.sentences.push_back(capitalised(bent) + ".");
+    }
     if (subject.left_over.changed) {
       found += "  " + left_over + "\n";
       out.findings.sentences.push_back(titles[i] + ": " + left_over);

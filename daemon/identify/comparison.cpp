@@ -97,6 +97,22 @@ double error_on(const ident::Model& model, const Source& source, const ident::Fi
   return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
 }
 
+/// How far null and dead band of a model fitted to a record may be off the valve's; none where its map fits.
+std::optional<double> shift_on(ident::Model model, const Source& source, const ident::FitOptions& options) {
+  model.validation = ident::validate(model, source.record, options);
+  return ident::noted_shift(model);
+}
+
+/// Whether the greatest change of null and dead band is within such a shift. @param shift  none: it is not
+bool explains_valve(const std::optional<double>& shift, const ident::PlantChange& change) {
+  double greatest = 0.0;
+  for (const ident::ParameterChange& p : change.parameters) {
+    const bool is_of_valve = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
+    if (p.changed && is_of_valve) greatest = std::max(greatest, std::abs(p.after - p.before));
+  }
+  return shift && greatest > 0.0 && greatest <= *shift;
+}
+
 /// How many times a step holds another, at least once; 0 where it is no whole number of times.
 int times(double step_s, double of_s) {
   const double ratio = step_s / of_s;
@@ -422,6 +438,18 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
+    if (structure.structure.input_map.valve) {
+      const auto shift_of = [&](std::size_t n) {
+        return shift_on(comparison.runs[n].fit.model, sources[n], options[n]);
+      };
+      const std::optional<double> before = shift_of(0);
+      const std::optional<double> after = shift_of(i);
+      const bool is_first = before && (!after || *before > *after);
+      const std::optional<double>& greater = is_first ? before : after;
+      if (explains_valve(greater, *comparison.runs[i].change)) {
+        comparison.runs[i].bent_map = ComparedRun::BentMap{*greater, is_first};
+      }
+    }
     if (structure.structure.input_map.valve) continue;
     const double before_s = ident::compared_s(comparison.runs.front().fit.model);
     const double after_s = ident::compared_s(comparison.runs[i].fit.model);

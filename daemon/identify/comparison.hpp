@@ -38,6 +38,13 @@ struct ComparedRun {
   LeftOver left_over = {};                   ///< the same
   double first_model_error = 0.0;            ///< rms, of the first run's model on this run [output unit]; 0: the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
+  /// A changed null or dead band that the error of one of the two maps explains, as a leak's: by how much such a fit
+  /// may be off the valve's [input unit], and on which run. None: it does not.
+  struct BentMap {
+    double shift = 0.0;
+    bool is_first = false;
+  };
+  std::optional<BentMap> bent_map = {};
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
   /// One of the two models does not describe its own record: `change` then claims nothing. Never set where the first
   /// model holds, as it then describes both.

@@ -214,6 +214,26 @@ TEST_F(TwoRuns, ARunTellsALeakFromAnotherValve) {
   EXPECT_NE(changed.find("are for another valve"), std::string::npos) << changed;
 }
 
+TEST_F(TwoRuns, NamesALeakWhereItExplainsAMovedNull) {
+  const auto recorded = [&](const std::string& rig, const std::string& name) {
+    const Ended run = run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig",
+                               source_file("config/rigs/" + rig), "--output", name},
+                              folder_->path());
+    EXPECT_EQ(run.code, 0) << run.err;
+    return name + "/latest";
+  };
+  const std::string sound = recorded("sim.toml", "sound");
+  const auto compared = [&](const std::string& other) {
+    return run_eha({"compare", sound, other, "-o", "leak.html"}, folder_->path()).out;
+  };
+  const std::string leaky = compared(recorded("sim-leaky.toml", "leaky"));
+  EXPECT_NE(leaky.find("a leak alone explains their change"), std::string::npos) << leaky;
+  EXPECT_NE(content_of(folder_->path() / "leak.html").find("a leak alone explains"), std::string::npos);
+  const std::string worn = compared(recorded("sim-worn.toml", "worn"));
+  EXPECT_NE(worn.find("null moved by"), std::string::npos) << worn;
+  EXPECT_EQ(worn.find("a leak alone explains"), std::string::npos) << worn;
+}
+
 TEST_F(TwoRuns, ReplayOnItsOwnRigLeavesTheSensorsNoise) {
   const Ended ended =
       run_eha({"replay", before_, "--rig", source_file("config/rigs/sim.toml"), "-o", "overlay.csv", "--json"},
