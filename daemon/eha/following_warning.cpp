@@ -122,6 +122,8 @@ std::optional<std::string> warn_of_unused_sheet(const fs::path& run, const Conso
     const auto rig = known_rig_of(run);
     if (!sheet_run || !rig) return std::nullopt;
     const auto sheet = valve_of_sheet(*sheet_run);
+    // Of a leak that the sheet shows is said what to do, which is another thing.
+    if (!sheet::leak_of(sheet::sheet_of_run(*sheet_run).sheet, DisplayUnit("in")).empty()) return std::nullopt;
     if (sheet && warn_if_following_differs(*rig, *sheet, console)) return sheet->remedy;
   } catch (const Error& error) {  // a folder that the caller may not read
     console.debug(error.what());

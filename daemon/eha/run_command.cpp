@@ -179,6 +179,7 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
   }
   if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
   std::error_code unknown;
+  bool has_page = false;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
     console.info(fmt::format("{} holds no record of this run", folder));
   } else if (!fs::exists(run.folder / record::kRawFile, unknown)) {
@@ -192,6 +193,9 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
     console.info(kept_record_text(run.folder));
   } else {
     console.info(partial_record_text(run.folder));
+    std::vector<fs::path> written;
+    write_report(record::OpenRun(run.folder), unit, written, console);
+    has_page = !written.empty();
   }
   const bool is_guards_fault = !acquired.was_guarded && (acquisition::is_whole(run.report.outcome) ||
                                                          run.report.outcome == acquisition::Outcome::interrupted);
@@ -211,6 +215,9 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
     const bool moves = hal::moves_machine(rig.backend);
     const auto cause = acquisition::to_text(run.report.fault.fault);
     console.next_step(on_local_rig(command, next_after_trip(cause, moves), moves));
+  } else if (has_page) {
+    console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));
+    if (const auto fit = fit_of_run(run.folder)) console.next_step(*fit);
   }
   return code;
 }

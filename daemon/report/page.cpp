@@ -41,6 +41,7 @@ details.section[open] > summary { margin-bottom: .5em; }
 .plot { overflow-x: auto; }
 .plot svg { display: block; width: 100%; height: auto; }
 pre { overflow-x: auto; }
+code { -webkit-user-select: all; user-select: all; overflow-wrap: anywhere; }
 .missing { border: 1px dashed #111; padding: 12px; }
 .remark dt { font-weight: bold; margin-top: .4em; }
 .remark dd { margin: 0; }

@@ -176,6 +176,12 @@ TEST(CharacteriseLeaky, WarnsThatTheNullIsNotKnownWellEnough) {
               folder.path());
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.err.find("the following check needs 0.03 V"), std::string::npos) << ended.err;
+  const Ended written = run_eha(
+      {"characterise", "--local", "--fast", "--rig", source_file("config/rigs/sim-leaky.toml"), "-o", "rig-new.toml"},
+      folder.path());
+  EXPECT_NE(written.err.find("repair the leak"), std::string::npos) << written.err;
+  EXPECT_EQ(written.out.find("Next: eha check"), std::string::npos) << "which advises another thing: " << written.out;
+  EXPECT_NE(written.out.find("Next: xdg-open "), std::string::npos) << written.out;
 }
 
 TEST(Calibrate, RefusesARulerThatIsReadFromTheOtherEnd) {

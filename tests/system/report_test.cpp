@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "tests/system/program.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -156,6 +157,28 @@ TEST_F(Reports, TheReadersOfTheDocumentationRead) {
     ran = true;
   }
   if (!ran) GTEST_SKIP() << "neither Python with h5py nor Octave is installed";
+}
+
+TEST(EndedRun, HasItsPageAndANextStepAtOnce) {
+  const TemporaryFolder folder;
+  std::string text = content_of(source_file("config/experiments/paper.toml"));
+  const std::string offset = "offset_V = -0.1";
+  folder.write("trip.toml", text.replace(text.find(offset), offset.size(), "offset_V = 0.6 "));
+  std::string tones = content_of(folder.path() / "trip.toml");
+  const std::string first = "amplitude_V = 1.9";
+  folder.write("trip.toml", tones.replace(tones.find(first), first.size(), "amplitude_V = 1.3"));
+  const Ended ended = run_eha({"run", "trip.toml", "--local", "--fast", "--accept-travel-risk", "--rig",
+                               source_file("config/rigs/sim.toml"), "-o", "runs"},
+                              folder.path());
+  ASSERT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
+  EXPECT_NE(ended.out.find("Next: xdg-open runs/"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("Next: eha fit runs/"), std::string::npos) << ended.out;
+  for (const auto& entry : fs::directory_iterator(folder.path() / "runs")) {
+    if (entry.path().filename().string().find("-trip") == std::string::npos) continue;
+    const std::string page = content_of(entry.path() / "report.html");
+    EXPECT_NE(page.find("The run tripped at 3"), std::string::npos);
+    EXPECT_NE(page.find("correct what ended the run and record again"), std::string::npos);
+  }
 }
 
 }  // namespace
