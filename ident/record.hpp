@@ -2,7 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace eha::ident {
 
@@ -20,6 +22,11 @@ struct Record {
   Eigen::VectorXd output;  ///< N samples [output_channel.unit]
   Channel input_channel{"voltage", "V"};
   Channel output_channel{"displacement", "in"};
+  /// Rows of which a value was not measured, ascending: the input is held there, the output interpolated.
+  std::vector<std::size_t> unmeasured = {};
 };
+
+/// So many neighbouring rows that were not measured are a gap: what the input did there matters.
+inline constexpr std::size_t kRowsOfGap = 5;
 
 }  // namespace eha::ident

@@ -53,7 +53,7 @@ Json document_for(const ImportCommand& command, const importer::Imported& import
                 {"step_s", record.step_s},
                 {"input", channel_json(record.input_channel, record.input)},
                 {"output", channel_json(record.output_channel, record.output)},
-                {"filled_rows", imported.filled.size()},
+                {"filled_rows", imported.record.unmeasured.size()},
                 {"repairs", imported.repairs}};
   if (command.output) document["file"] = command.output->string();
   return document;
@@ -74,10 +74,10 @@ ExitCode execute(const ImportCommand& command, Console& console) {
       importer::import_record(command.file, command.import, console.progress_callback());
   console.end_progress();
   print_import(imported.guess, imported.remarks, imported.repairs, console);
-  if (!imported.filled.empty()) {
+  if (!imported.record.unmeasured.empty()) {
     console.warning(
         fmt::format("{} of {} rows were not measured and are filled; they are marked in the column `filled`",
-                    imported.filled.size(), imported.record.input.size()));
+                    imported.record.unmeasured.size(), imported.record.input.size()));
   }
   console.print_json(document_for(command, imported));
   if (!command.output) {

@@ -171,7 +171,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
   // The band belongs to the record that the model was estimated on.
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
-  ident::RecordFacts facts{.interpolated_percent = identify::interpolated_percent(source)};
+  ident::RecordFacts facts{.unmeasured = source.unmeasured};
   facts.beside_ladder = beside_ladder;
   const bool can_tell = scored_here.cannot_tell.empty();
   if (can_tell && scored_here.of_another_plant && scored_here.refit_rms_error > 0.0) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "daemon/identify/thread_executor.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::identify {
 namespace {
@@ -21,6 +22,7 @@ Part part_up_to(const IdentificationTask& task, std::size_t repetition, std::siz
   const auto rows = static_cast<Eigen::Index>((repetition + 1) * samples);
   part.record.input = task.record.input.head(rows);
   part.record.output = task.record.output.head(rows);
+  part.record.unmeasured = ident::rows_within(task.record.unmeasured, 0, static_cast<std::size_t>(rows));
   const double begin_s = static_cast<double>(repetition * samples) * task.record.step_s;
   part.options.discard_s = std::max(task.options.discard_s, begin_s);
   part.options.split = 1.0;

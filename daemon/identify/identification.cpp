@@ -337,7 +337,7 @@ IdentificationTask task_of(const Source& source) {
                           .without_gaps = source.without_gaps,
                           .within_dead_band = within_dead_band(source),
                           .at_command_limit = at_command_limit(source),
-                          .interpolated_percent = interpolated_percent(source),
+                          .unmeasured = source.unmeasured,
                           .repetition_samples = source.repetition_samples};
   if (source.experiment) {
     task.structures = source.experiment->models;
@@ -427,7 +427,7 @@ std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::v
 ident::Recommendation recommend(const std::vector<IdentifiedModel>& models, const IdentificationTask& task) {
   std::vector<const ident::Model*> all;
   for (const IdentifiedModel& identified : models) all.push_back(&identified.result.model);
-  return ident::recommend(all, task.acceptance, task.interpolated_percent);
+  return ident::recommend(all, task.acceptance, task.unmeasured);
 }
 
 bool is_accepted(const IdentifiedModel& identified) {

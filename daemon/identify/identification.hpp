@@ -16,6 +16,7 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/ladder.hpp"
 #include "ident/signal/frequency_response.hpp"
+#include "ident/signal/measured_rows.hpp"
 #include "ident/validation/first_step.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/verdict.hpp"
@@ -37,7 +38,7 @@ struct IdentificationTask {
   importer::Cut without_gaps = {};        ///< as Source
   std::string within_dead_band = {};      ///< of identify::within_dead_band()
   std::string at_command_limit = {};      ///< of identify::at_command_limit()
-  double interpolated_percent = 0.0;      ///< share of the record's rows [%]
+  ident::Unmeasured unmeasured = {};      ///< as of Source
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.
   std::optional<ident::FrequencyInterval> excited = {};

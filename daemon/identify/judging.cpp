@@ -45,7 +45,7 @@ bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
 }  // namespace
 
 ident::RecordFacts facts_of(const IdentificationTask& task) {
-  return {.interpolated_percent = task.interpolated_percent,
+  return {.unmeasured = task.unmeasured,
           .noise_std = task.noise_std,
           .lacks_periods = task.lacks_periods,
           .piece = task.piece,

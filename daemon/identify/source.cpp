@@ -47,6 +47,8 @@ void cut(Source& source, const importer::Options& options) {
   }
   record.input = record.input.segment(first, last - first).eval();
   record.output = record.output.segment(first, last - first).eval();
+  record.unmeasured =
+      ident::rows_within(record.unmeasured, static_cast<std::size_t>(first), static_cast<std::size_t>(last - first));
   record.start_s += record.step_s * static_cast<double>(first);
   // Repetitions are counted from the beginning.
   if (first > 0) source.repetition_samples = 0;
@@ -67,6 +69,23 @@ void name_lone_rows(Source& source) {
                   importer::lone_rows_text(rows, values(record.output), first_s)));
 }
 
+/// Draws a straight line across rows that hold the value of the row before. @param rows  ascending
+void interpolate_input(Eigen::VectorXd& input, const std::vector<std::size_t>& rows) {
+  for (std::size_t i = 0; i < rows.size();) {
+    std::size_t end = i + 1;
+    while (end < rows.size() && rows[end] == rows[end - 1] + 1) ++end;
+    const auto first = static_cast<Eigen::Index>(rows[i]);
+    const auto behind = first + static_cast<Eigen::Index>(end - i);
+    if (first > 0 && behind < input.size()) {
+      const double from = input[first - 1];
+      const double slope = (input[behind] - from) / static_cast<double>(behind - first + 1);
+      for (Eigen::Index row = first; row < behind; ++row)
+        input[row] = from + slope * static_cast<double>(row - first + 1);
+    }
+    i = end;
+  }
+}
+
 }  // namespace
 
 Source load_source(const std::string& name, const std::optional<std::string>& experiment_file,
@@ -79,7 +98,8 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   if (!std::filesystem::is_directory(name, ignored)) {
     importer::Imported imported = importer::import_record(name, options, progress);
     source.record = std::move(imported.record);
-    source.interpolated_rows = imported.filled.size();
+    source.unmeasured = ident::unmeasured_of(source.record);
+    source.held = std::move(imported.held);
     source.guess = std::move(imported.guess);
     source.remarks = std::move(imported.remarks);
     for (const ident::Channel& channel : {source.record.input_channel, source.record.output_channel}) {
@@ -121,9 +141,9 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   source.rig_text = std::move(run.rig_text);
   source.outcome = run.outcome;
   source.units = record::rig_units(run.manifest.other);
-  source.interpolated_rows = run.interpolated_rows;
   source.repetition_samples = run.samples_per_repetition;
   cut(source, options);
+  source.unmeasured = ident::unmeasured_of(source.record);
   name_lone_rows(source);
   if (!source.experiment) {
     source.experiment = config::parse_experiment(run.experiment_text, fmt::format("{}/run.json (experiment)", name),
@@ -144,15 +164,10 @@ void take_input_as_straight(Source& source) {
   if (source.record.input.size() < 4) {
     throw DataError(fmt::format("{}: {} rows; --intersample foh needs four", source.name, source.record.input.size()));
   }
+  interpolate_input(source.record.input, source.held);
   source.record = ident::in_parts(source.record, ident::Intersample::straight);
   source.repetition_samples *= ident::kPartsOfARow;
-  source.interpolated_rows *= ident::kPartsOfARow;
   source.intersample = ident::Intersample::straight;
-}
-
-double interpolated_percent(const Source& source) {
-  if (source.interpolated_rows == 0) return 0.0;
-  return 100.0 * static_cast<double>(source.interpolated_rows) / static_cast<double>(source.record.output.size());
 }
 
 std::vector<std::string> warnings(const Source& source) {
@@ -161,17 +176,20 @@ std::vector<std::string> warnings(const Source& source) {
     sentences.push_back(fmt::format("{} did not complete ({}); the fit uses the partial record", source.name,
                                     acquisition::to_text(source.outcome)));
   }
-  if (source.interpolated_rows > 0 && !source.run_folder) {
+  const ident::Unmeasured& unmeasured = source.unmeasured;
+  if (unmeasured.rows > 0 && !source.run_folder) {
+    const bool is_straight = source.intersample == ident::Intersample::straight;
     sentences.push_back(
-        fmt::format("{} of {} rows ({:.3g} %) were not measured and are filled: where it is missing the input is held "
-                    "and the output interpolated",
-                    source.interpolated_rows, source.record.output.size(), interpolated_percent(source)));
-  } else if (source.interpolated_rows > 0) {
+        fmt::format("{} of {} rows ({:.3g} %) were not measured and count for nothing in fit and tests; where the "
+                    "input is missing it is {}",
+                    unmeasured.rows, unmeasured.of_rows, unmeasured.percent(),
+                    is_straight ? "taken as straight across the gap" : "held"));
+  } else if (unmeasured.rows > 0) {
     sentences.push_back(
         fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "
-                    "deliver, rows lost from a damaged journal) and are interpolated; raw.h5 flags them, `eha runs "
-                    "show {}` counts them",
-                    source.interpolated_rows, source.record.output.size(), interpolated_percent(source), source.name));
+                    "deliver, rows lost from a damaged journal) and count for nothing in fit and tests; raw.h5 flags "
+                    "them, `eha runs show {}` counts them",
+                    unmeasured.rows, unmeasured.of_rows, unmeasured.percent(), source.name));
   }
   return sentences;
 }

@@ -13,6 +13,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/intersample.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::identify {
 
@@ -27,7 +28,8 @@ struct Source {
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
-  std::size_t interpolated_rows = 0;      ///< as record::LoadedRun; for a file the filled rows
+  ident::Unmeasured unmeasured = {};      ///< of the rows of the run or file
+  std::vector<std::size_t> held = {};     ///< of a file: its rows whose input was not measured
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
@@ -49,9 +51,6 @@ struct Source {
 /// @throws UsageError  the source is a run, whose input is held
 /// @throws DataError   fewer than four rows
 void take_input_as_straight(Source& source);
-
-/// Returns the share of the rows that are interpolated, not measured [%].
-[[nodiscard]] double interpolated_percent(const Source& source);
 
 /// Returns reasons why models of this source are less reliable: an incomplete run, rows that were not measured. One
 /// sentence each.

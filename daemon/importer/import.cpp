@@ -377,7 +377,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     Resampled even = resample(rows, 1, options.period_s, path);
     record.step_s = even.step_s;
     record.start_s = even.start_s;
-    imported.filled = std::move(even.filled);
+    record.unmeasured = std::move(even.filled);
     imported.held = std::move(even.held);
     if (std::string remark = remark_on_moved_rows(even, even.columns.front().size()); !remark.empty()) {
       imported.remarks.push_back(path.string() + ": " + remark);
@@ -394,7 +394,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     for (std::size_t k = 0; k < marks.size(); ++k) {
       if (marks[k] > 0.5) marked.push_back(k);
     }
-    for (std::vector<std::size_t>* rows_of : {&imported.filled, &imported.held}) {
+    for (std::vector<std::size_t>* rows_of : {&record.unmeasured, &imported.held}) {
       std::vector<std::size_t> all;
       std::set_union(marked.begin(), marked.end(), rows_of->begin(), rows_of->end(), std::back_inserter(all));
       *rows_of = std::move(all);
@@ -477,9 +477,9 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
   imported.cut = findings.cut;
   imported.frozen = std::move(findings.frozen);
-  imported.without_gaps =
-      part_without_gaps(imported.filled, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
-  imported.gaps = gaps_text(imported.filled, record.start_s, record.step_s);
+  imported.without_gaps = part_without_gaps(imported.record.unmeasured, static_cast<std::size_t>(record.output.size()),
+                                            record.start_s, record.step_s);
+  imported.gaps = gaps_text(imported.record.unmeasured, record.start_s, record.step_s);
   return imported;
 }
 

@@ -27,8 +27,7 @@ namespace eha::importer {
 /// A record, and how it was read from a file.
 struct Imported {
   ident::Record record;
-  std::vector<std::size_t> filled = {};  ///< rows (from 0) of which a value was not measured
-  std::vector<std::size_t> held = {};    ///< of these, those whose input was not measured
+  std::vector<std::size_t> held = {};  ///< of record.unmeasured, the rows whose input was not measured
   std::string guess = {};  ///< what was guessed, in one line; empty for a record as eha-record(5) describes it
   std::vector<std::string> remarks =
       {};                       ///< for a person to look at: exchanged columns, a sensor at its end; a sentence each

@@ -15,6 +15,7 @@
 
 #include "core/time_text.hpp"
 #include "daemon/importer/signal_scale.hpp"
+#include "ident/record.hpp"
 namespace eha::importer {
 namespace {
 
@@ -25,7 +26,7 @@ constexpr double kBesideEnd = 0.002;  // of the output's range, as a rod on its 
 constexpr std::size_t kFrozenRows = 20;
 constexpr double kFrozenShare = 0.01;  // of the rows
 constexpr double kFrozenInput = 0.3;   // of the input's range
-constexpr std::size_t kLongGap = 5;
+constexpr std::size_t kLongGap = ident::kRowsOfGap;
 constexpr std::size_t kFewestChanges = 30;
 constexpr std::size_t kFewestMotions = 20;
 constexpr double kIntegrates = 0.6;        // R2 of the motion by the input

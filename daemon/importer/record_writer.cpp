@@ -31,7 +31,7 @@ int decimals_of(double start_s, double step_s) {
 void write_record_csv(const Imported& imported, const std::function<void(std::string_view)>& write,
                       const Progress& progress) {
   const ident::Record& record = imported.record;
-  const bool has_filled = !imported.filled.empty();
+  const bool has_filled = !imported.record.unmeasured.empty();
   const int decimals = decimals_of(record.start_s, record.step_s);
   std::string text = imported.is_closed_loop
                          ? fmt::format("{}: a set point of the rod stood beside input and output\n", kClosedLoopComment)
@@ -39,7 +39,7 @@ void write_record_csv(const Imported& imported, const std::function<void(std::st
   text +=
       fmt::format("time_s,{},{}{}\n", record::csv_name(record::header_from_channel(record.input_channel)),
                   record::csv_name(record::header_from_channel(record.output_channel)), has_filled ? ",filled" : "");
-  auto next_filled = imported.filled.begin();
+  auto next_filled = imported.record.unmeasured.begin();
   const Eigen::Index rows = record.input.size();
   for (Eigen::Index k = 0; k < rows; ++k) {
     const double time_s = record.start_s + static_cast<double>(k) * record.step_s;
@@ -51,7 +51,8 @@ void write_record_csv(const Imported& imported, const std::function<void(std::st
     }
     fmt::format_to(out, ",{},{}", record.input[k], record.output[k]);
     if (has_filled) {
-      const bool is_filled = next_filled != imported.filled.end() && *next_filled == static_cast<std::size_t>(k);
+      const bool is_filled =
+          next_filled != imported.record.unmeasured.end() && *next_filled == static_cast<std::size_t>(k);
       if (is_filled) ++next_filled;
       text += is_filled ? ",1" : ",0";
     }

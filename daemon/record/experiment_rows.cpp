@@ -47,8 +47,7 @@ void ExperimentRows::add_measured(double voltage_V, double displacement_in) {
 
 void ExperimentRows::add_unmeasured(double voltage_V) {
   waiting_V_.push_back(voltage_V);
-  ++next_row_;
-  ++interpolated_;
+  interpolated_.push_back(next_row_++);
 }
 
 void ExperimentRows::learn_voltage(double voltage_V) {

@@ -13,7 +13,7 @@ namespace eha::record {
 
 /// Converts ticks to the evenly spaced rows of the experiment: row k applied `voltage_V` from k ticks after the first
 /// running one. A displacement that was not measured (a skipped tick, a read that timed out, a gap) is interpolated
-/// linearly between its measured neighbours, held at the ends, and counted. The voltage of such a row is known, because
+/// linearly between its measured neighbours, held at the ends, and listed. The voltage of such a row is known, because
 /// the output holds it; that of a row lost from a damaged journal is interpolated, too. Memory: the longest gap.
 class ExperimentRows {
  public:
@@ -27,7 +27,7 @@ class ExperimentRows {
   void finish();
 
   [[nodiscard]] std::size_t rows() const { return next_row_; }
-  [[nodiscard]] std::size_t interpolated() const { return interpolated_; }
+  [[nodiscard]] const std::vector<std::size_t>& interpolated() const { return interpolated_; }  ///< ascending
   [[nodiscard]] std::size_t lost() const { return lost_; }  ///< of the interpolated ones: lost from a damaged journal
 
  private:
@@ -39,7 +39,7 @@ class ExperimentRows {
   Emit emit_;
   std::vector<double> waiting_V_;  ///< voltages of the unmeasured rows since the last measured one
   std::size_t next_row_ = 0;       ///< rows taken, waiting ones included
-  std::size_t interpolated_ = 0;
+  std::vector<std::size_t> interpolated_;
   std::size_t lost_ = 0;
   std::size_t without_V_ = 0;  ///< rows at the end of waiting_V_ whose voltage is not known yet
   std::uint32_t first_sequence_ = 0;

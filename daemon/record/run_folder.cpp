@@ -125,7 +125,7 @@ LoadedRun read_run(const OpenRun& opened, StillGoing still_going) {
   read_raw(opened.files(), run.manifest, [&](const std::vector<TickRecord>& ticks) { rows.add(ticks); });
   rows.finish();
   if (input.empty()) throw DataError(run.folder.string() + ": the run holds no row of the experiment");
-  run.interpolated_rows = rows.interpolated();
+  run.record.unmeasured = rows.interpolated();
   run.record.input = Eigen::Map<const Eigen::VectorXd>(input.data(), static_cast<Eigen::Index>(input.size()));
   run.record.output = Eigen::Map<const Eigen::VectorXd>(output.data(), static_cast<Eigen::Index>(output.size()));
   return run;

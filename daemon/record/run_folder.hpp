@@ -34,8 +34,6 @@ struct LoadedRun {
   ident::Record record;
   std::size_t samples_per_repetition = 0;
   std::size_t repetitions = 0;
-  /// Rows without a measurement (skipped ticks, held or lost samples); their displacement is interpolated linearly.
-  std::size_t interpolated_rows = 0;
   std::string experiment_text;  ///< content of the experiment file as played; for config::parse_experiment
   std::string rig_text;         ///< content of the rig file as used; for config::parse_rig
 };

@@ -28,14 +28,14 @@ RunSheet sheet_of_run(const record::OpenRun& opened) {
     throw DataError(
         fmt::format("{}: {}; a valve sheet needs a completed run", folder.string(), acquisition::to_text(run.outcome)));
   }
-  if (100 * run.interpolated_rows > static_cast<std::size_t>(run.record.output.size())) {
+  if (100 * run.record.unmeasured.size() > static_cast<std::size_t>(run.record.output.size())) {
     const auto rows = static_cast<double>(run.record.output.size());
     throw RowsMissing(fmt::format(
         "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most 1 % may be: the computer did "
         "not keep the ticks, or the sensor did not deliver. Repeating the run alone does not mend that: `eha "
         "doctor` and `eha latency` say what keeps the computer busy",
-        folder.string(), run.interpolated_rows, run.record.output.size(),
-        100.0 * static_cast<double>(run.interpolated_rows) / rows));
+        folder.string(), run.record.unmeasured.size(), run.record.output.size(),
+        100.0 * static_cast<double>(run.record.unmeasured.size()) / rows));
   }
   RunSheet found{.folder = run.folder,
                  .opened = run.opened,

@@ -209,7 +209,8 @@ OutputOfModel output_of(const Model& model, const Record& record, const FitOptio
   OutputOfModel of{.time_s = row_times(record, comparison.first, comparison.every, comparison.count),
                    .measured = picked(record.output, comparison),
                    .simulated = {}};
-  of.simulated = output.total(with_offset_fitted(scored, output, of.measured));
+  const MeasuredRows& rows = outputs.measured_rows();
+  of.simulated = output.total(with_offset_fitted(scored, output.at(rows), rows.of(of.measured)));
   return of;
 }
 

@@ -164,14 +164,15 @@ Eigen::VectorXd row_times(const Record& record, std::size_t first, std::size_t e
 }
 
 ValidationReport residual_report(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated,
-                                 const Eigen::VectorXd& input) {
+                                 const Eigen::VectorXd& input, const MeasuredRows& rows) {
   const Eigen::VectorXd residual = measured - simulated;
   const int lags = static_cast<int>(std::min<Eigen::Index>(kCorrelationLags, residual.size() - 1));
   ValidationReport report;
-  report.score = score(measured, simulated);
-  report.acf = autocorrelation(residual, lags);
-  report.ccf = cross_correlation(residual, input, lags);
-  report.ljung_box_p = ljung_box_p(report.acf, static_cast<std::size_t>(residual.size()));
+  const Eigen::VectorXd weights = rows.weights(residual.size());
+  report.score = score(rows.of(measured), rows.of(simulated));
+  report.acf = autocorrelation(residual, lags, weights);
+  report.ccf = cross_correlation(residual, input, lags, weights);
+  report.ljung_box_p = ljung_box_p(report.acf, correlated_samples(residual.size(), weights));
   return report;
 }
 
@@ -229,31 +230,40 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   result.simulated = output.total(result.model);
   result.time_s = row_times(record, comparison.first, comparison.every, comparison.count);
   const auto estimated = static_cast<Eigen::Index>(result.estimation_samples);
+  const MeasuredRows& all_rows = outputs.measured_rows();
   // A model scored on another record estimates nothing here.
   if (estimated > 0) {
-    result.model.estimation->score = score(result.measured.head(estimated), result.simulated.head(estimated));
+    result.model.estimation->score =
+        score(all_rows.of(result.measured.head(estimated)), all_rows.of(result.simulated.head(estimated)));
   }
   const Eigen::Index rest = result.measured.size() - estimated;
-  if (rest < 2) return;
+  const MeasuredRows rows = all_rows.from(estimated);
+  if (rest < 2 || rows.count(rest) < 2) return;
   const ParameterCovariance stored = stored_covariance(result.model);
   const Eigen::VectorXd measured = result.measured.tail(rest);
   const Eigen::VectorXd simulated = result.simulated.tail(rest);
   const Eigen::VectorXd input = picked(record.input, comparison);
-  ValidationReport report = residual_report(measured, simulated, input.tail(rest));
+  ValidationReport report = residual_report(measured, simulated, input.tail(rest), rows);
   ModelOutput tail{output.forced.tail(rest), Eigen::MatrixXd(output.free.rows() == 0 ? 0 : rest, output.free.cols())};
   if (output.free.cols() > 0) tail.free = output.free.bottomRows(rest);
-  report.offset_reestimated = score(measured, tail.total(with_offset_fitted(result.model, tail, measured)));
+  tail = tail.at(rows);
+  const Eigen::VectorXd scored = rows.of(measured);
+  report.offset_reestimated = score(scored, tail.total(with_offset_fitted(result.model, tail, scored)));
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
   report.tests = residual_tests(
       tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
   if (const auto levels = two_levels(record.input)) report.input_levels = InputLevels{(*levels)[0], (*levels)[1]};
-  report.faster_r2_percent = r2_of_faster_percent(measured, simulated);
-  const ComparedRows rows{result.time_s, input, result.measured, result.simulated};
-  report.end_stop = end_stop(rows);
-  report.jump = report.end_stop ? std::nullopt : error_jump(rows);
-  report.saturated_percent = std::max(
-      saturated_percent(unfiltered(record.output, comparison), result.measured - result.simulated, result.simulated),
-      report.end_stop ? report.end_stop->percent : 0.0);
+  report.faster_r2_percent = r2_of_faster_percent(scored, rows.of(simulated));
+  const Eigen::VectorXd times_s = all_rows.of(result.time_s);
+  const Eigen::VectorXd inputs = all_rows.of(input);
+  const Eigen::VectorXd all_measured = all_rows.of(result.measured);
+  const Eigen::VectorXd all_simulated = all_rows.of(result.simulated);
+  const ComparedRows compared{times_s, inputs, all_measured, all_simulated};
+  report.end_stop = end_stop(compared);
+  report.jump = report.end_stop ? std::nullopt : error_jump(compared);
+  report.saturated_percent = std::max(saturated_percent(all_rows.of(unfiltered(record.output, comparison)),
+                                                        all_measured - all_simulated, all_simulated),
+                                      report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
@@ -265,7 +275,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   result.model.validation = report;
 }
 
-void fill_noise(FitResult& result, bool with_parameters) {
+void fill_noise(FitResult& result, const MeasuredRows& rows, bool with_parameters) {
   EstimationReport& estimation = result.model.estimation.value();
   const double power = estimation.score.mse;
   if (const auto& validation = result.model.validation) {
@@ -273,7 +283,8 @@ void fill_noise(FitResult& result, bool with_parameters) {
   } else {
     const Eigen::VectorXd residual = result.measured - result.simulated;
     const int lags = static_cast<int>(std::min<Eigen::Index>(kCorrelationLags, residual.size() - 1));
-    estimation.noise = noise_of(autocorrelation(residual, lags), static_cast<std::size_t>(residual.size()), power);
+    estimation.noise = noise_of(autocorrelation(residual, lags, rows.weights(residual.size())),
+                                static_cast<std::size_t>(rows.count(residual.size())), power);
   }
   if (estimation.noise) estimation.noise->with_parameters = with_parameters;
 }

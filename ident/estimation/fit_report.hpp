@@ -7,6 +7,7 @@
 #include "ident/estimation/fit.hpp"
 #include "ident/estimation/fit_choice.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/signal/measured_rows.hpp"
 #include "ident/validation/residual_tests.hpp"
 
 namespace eha::ident {
@@ -25,9 +26,10 @@ struct SearchEnd {
 /// Times of `count` rows of a record: first, first + every, ... [s]
 [[nodiscard]] Eigen::VectorXd row_times(const Record& record, std::size_t first, std::size_t every, std::size_t count);
 
-/// Scores one part of a record and correlates its residual with itself and with the input, at up to 20 lags.
+/// Scores the measured rows of one part of a record and correlates its residual with itself and with the input, at up
+/// to 20 lags.
 [[nodiscard]] ValidationReport residual_report(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated,
-                                               const Eigen::VectorXd& input);
+                                               const Eigen::VectorXd& input, const MeasuredRows& rows = {});
 
 /// The values of a structure's listed parameters, without uncertainty, each marked as fixed.
 /// @param model  with its transfer function's terms by rising order
@@ -55,7 +57,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
 /// Stores the noise of the compared samples: its colour from the validating part, or from the estimating one where all
 /// samples estimate.
 /// @param with_parameters  whether the parameters were estimated beside a model of the noise
-void fill_noise(FitResult& result, bool with_parameters);
+void fill_noise(FitResult& result, const MeasuredRows& rows, bool with_parameters);
 
 /// Inputs of the profiles of the cost, in addition to the optimum.
 struct ProfileSearch {

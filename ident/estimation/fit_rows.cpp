@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/rest_before_step.hpp"
+#include "ident/signal/measured_rows.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
@@ -45,6 +46,12 @@ FitRows fit_rows(const Record& record, const FitOptions& options) {
         "anti-alias filter needs {} rows at either end); expected at least {}",
         rows.estimating, options.discard_s, options.decimation, record.input.size(), rows.comparison.taps.size() / 2,
         kFewestRows));
+  }
+  const MeasuredRows measured(record, rows.comparison);
+  const Eigen::Index left = measured.count(static_cast<Eigen::Index>(rows.estimating));
+  if (left < kFewestRows) {
+    throw DataError(fmt::format("record: {} of the {} rows to estimate from were measured; expected at least {}", left,
+                                rows.estimating, kFewestRows));
   }
   rows.last = rows.comparison.first + (rows.estimating - 1) * rows.comparison.every;
   return rows;

@@ -76,7 +76,8 @@ class GreyBoxSearch {
     record_ = prepared.record;
     record_.input.conservativeResize(std::min(needed, record_.input.size()));
     record_.output.conservativeResize(record_.input.size());
-    measured_ = picked(record_.output, rows_);
+    kept_ = MeasuredRows(record_, rows_);
+    measured_ = kept_.of(picked(record_.output, rows_));
     spread_ = std::sqrt((measured_.array() - measured_.mean()).square().mean());
     choose_coordinates();
   }
@@ -141,7 +142,7 @@ class GreyBoxSearch {
   /// Model less measured at the estimating rows; far off where it is not finite.
   [[nodiscard]] Eigen::VectorXd residual(const Model& model) const {
     const Eigen::VectorXd v = record_.input.array() + model.input_bias;
-    Eigen::VectorXd error = picked(grey_box_output(model, v, record_.step_s), rows_) - measured_;
+    Eigen::VectorXd error = kept_.of(picked(grey_box_output(model, v, record_.step_s), rows_)) - measured_;
     error.array() += model.initial_output;
     if (!error.allFinite()) error.setConstant(kFarOff * spread_);
     return error;
@@ -222,6 +223,7 @@ class GreyBoxSearch {
   Comparison rows_;
   bool estimates_start_;
   Record record_;
+  MeasuredRows kept_;
   Eigen::VectorXd measured_;
   double spread_ = 0.0;
   std::vector<GreyBoxCoordinate> coordinates_;
@@ -376,7 +378,7 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
   model.bode = bode_curve(model, bode_frequencies(duration_s, compared_step_s), result.covariance);
   const bool whole = options.intervals == IntervalMethod::profile;
   fill_validation(result, record, prepared.rows.comparison, whole ? Effects::include : Effects::leave_out);
-  fill_noise(result, false);
+  fill_noise(result, MeasuredRows(record, prepared.rows.comparison), false);
   result.work["refine"] += work;
   model.estimation->evaluations = total(result.work).simulations();
   return result;

@@ -343,7 +343,7 @@ class Climber {
     complete_all();
     std::vector<const Model*> models;
     for (const ClimbedModel& climbed : climb_.models) models.push_back(&climbed.result.model);
-    climb_.recommendation = recommend(models, limits_.acceptance, limits_.facts.interpolated_percent);
+    climb_.recommendation = recommend(models, limits_.acceptance, limits_.facts.unmeasured);
   }
 
   /// The models of the ladder, among which are those without the terms of a model's free orders.

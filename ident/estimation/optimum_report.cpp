@@ -115,7 +115,7 @@ void complete_report(FitResult& result, const PreparedRecord& prepared, Effects 
       bode_frequencies(result.fitted->scale.duration_s, model.estimation->compared_step_s.value());
   model.bode = bode_curve(model, frequencies, result.covariance);
   fill_validation(result, prepared.record, prepared.rows.comparison, effects);
-  fill_noise(result, result.fitted->optimum.noise.has_value());
+  fill_noise(result, MeasuredRows(prepared.record, prepared.rows.comparison), result.fitted->optimum.noise.has_value());
 }
 
 bool is_complete(const FitResult& result) { return result.simulated.size() > 0; }

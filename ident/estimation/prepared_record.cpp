@@ -19,15 +19,17 @@ constexpr double kSearchResolved = 1e-7;
 constexpr std::size_t kMostSparselySearched = 1'000'000;
 
 /// The compared rows as a record of their own, the input averaged between them.
-Record averaged(const Record& record, const FitRows& rows, const Eigen::VectorXd& measured) {
+Record averaged(const Record& record, const FitRows& rows) {
   const auto every = static_cast<Eigen::Index>(rows.comparison.every);
   const auto first = static_cast<Eigen::Index>(rows.comparison.first);
+  const Eigen::VectorXd output =
+      picked(record.output, rows.comparison).head(static_cast<Eigen::Index>(rows.estimating));
   Record block;
   block.step_s = record.step_s * static_cast<double>(every);
-  const Eigen::Index count = std::min(measured.size(), (record.input.size() - first) / every);
+  const Eigen::Index count = std::min(output.size(), (record.input.size() - first) / every);
   block.input.resize(count);
   for (Eigen::Index k = 0; k < count; ++k) block.input[k] = record.input.segment(first + k * every, every).mean();
-  block.output = measured.head(count);
+  block.output = output.head(count);
   return block;
 }
 
@@ -109,7 +111,7 @@ std::vector<PoleGuess> PreparedRecord::guesses(int poles, bool delay_free) const
       responses_->emplace_back(shortened.record, static_cast<std::size_t>(shortened.record.input.size()));
     }
     if (rows.comparison.every > 1) {
-      const Record block = averaged(record, rows, compared({}).measured());
+      const Record block = averaged(record, rows);
       responses_->emplace_back(block, static_cast<std::size_t>(block.input.size()));
     }
   }

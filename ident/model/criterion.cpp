@@ -15,8 +15,10 @@ using Unit = CriterionUnit;
 using Weight = CriterionWeight;
 
 constexpr auto kKinds = std::to_array<CriterionTraits>({
-    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects, "rows interpolated",
-     "rows not measured"},
+    {Kind::interpolated, "interpolated_percent", "", Unit::percent, Weight::rejects, "rows interpolated in gaps",
+     "rows missing in gaps"},
+    {Kind::unmeasured, "unmeasured_percent", "", Unit::percent, Weight::rejects, "rows not measured, left out",
+     "too few rows measured"},
     {Kind::converged, "converged", "", Unit::none, Weight::rejects, "search converged (1: yes)",
      "search did not converge"},
     {Kind::r2, "", "_r2_percent", Unit::percent, Weight::rejects, "R2", "R2 too low"},

@@ -11,6 +11,7 @@ namespace eha::ident {
 /// The quantity that a criterion of the verdict compares with a limit.
 enum class CriterionKind : std::uint8_t {
   interpolated,
+  unmeasured,
   converged,
   r2,
   max_abs_error,

@@ -117,8 +117,10 @@ Eigen::VectorXd ModelOutput::total(const Model& model) const {
   return y;
 }
 
+ModelOutput ModelOutput::at(const MeasuredRows& rows) const { return {rows.of(forced), rows.of_columns(free)}; }
+
 OutputOnRecord::OutputOnRecord(const Record& record, const Comparison& comparison)
-    : record_(record), comparison_(comparison) {}
+    : record_(record), comparison_(comparison), measured_rows_(record, comparison) {}
 
 ModelOutput OutputOnRecord::of(const Model& model) {
   if (model.grey_box) {

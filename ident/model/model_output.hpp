@@ -9,6 +9,7 @@
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/decimation.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::ident {
 
@@ -22,6 +23,8 @@ struct ModelOutput {
   Eigen::VectorXd forced;  ///< G(v), count rows
   Eigen::MatrixXd free;    ///< responses to unit terms of the initial state, then of the past input; none for neither
   [[nodiscard]] Eigen::VectorXd total(const Model& model) const;
+  /// The same at those of its rows that were measured.
+  [[nodiscard]] ModelOutput at(const MeasuredRows& rows) const;
 };
 
 /// Outputs of models at the rows of one comparison of one record. The parts that depend on the record alone are
@@ -34,6 +37,7 @@ class OutputOnRecord {
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
   [[nodiscard]] const Comparison& comparison() const noexcept { return comparison_; }
+  [[nodiscard]] const MeasuredRows& measured_rows() const noexcept { return measured_rows_; }
 
   /// Simulates a growing model by the direct recursion, which may overflow, any other exactly.
   /// Cost without a map: O(L log L) at the first call, then that of the compared rows; with a map O(L log L) a call.
@@ -49,6 +53,7 @@ class OutputOnRecord {
 
   const Record& record_;
   const Comparison& comparison_;
+  MeasuredRows measured_rows_;
   std::shared_ptr<const HeldResponse> response_;
   InputSpectrum input_;  ///< of the input as recorded; empty until it is needed
 };

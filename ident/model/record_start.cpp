@@ -91,7 +91,9 @@ Model begun_on(const Model& model, OutputOnRecord& outputs) {
     decay = at_rest - outputs.response(model.transfer_function, ones).array();
   }
   if (decay.cwiseAbs().maxCoeff() <= kShows * std::abs(at_rest)) return model;
-  const Eigen::VectorXd rest = picked(record.output, outputs.comparison()) - outputs.of(model).forced;
+  const MeasuredRows& rows = outputs.measured_rows();
+  const Eigen::VectorXd rest = rows.of(picked(record.output, outputs.comparison()) - outputs.of(model).forced);
+  decay = rows.of(decay);
   // Both less their means: the offset is estimated with it.
   const Eigen::VectorXd centred = decay.array() - decay.mean();
   if (!(centred.norm() > 0.0)) return model;

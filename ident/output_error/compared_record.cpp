@@ -57,7 +57,8 @@ ComparedRecord::ComparedRecord(const Record& record, const Comparison& compariso
       before_(edges.empty() ? 0 : edges.back()),
       block_(options.block),
       step_(response_.step_spectrum(edges.empty() ? 0 : edges.back())),
-      measured_(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows))) {
+      rows_(record, comparison),
+      measured_(rows_.of(picked(record.output, comparison).head(static_cast<Eigen::Index>(rows)))) {
   const std::size_t before = before_;
   // If a filter leaves low frequencies only, a tenth of the memory suffices.
   const auto spectrum = [&](const Eigen::Ref<const Eigen::VectorXd>& input) {

@@ -136,21 +136,21 @@ OutputError::Basis OutputError::basis(const TransferFunction& g, const InputSpec
   std::vector<ResponseRequest> requests;
   for (std::size_t j = 0; j < numerators.size(); ++j) requests.push_back({j, &input});
   for (std::size_t j = 0; beside != nullptr && j < numerators.size(); ++j) requests.push_back({j, beside});
-  const Eigen::MatrixXd responses = record_.response().respond(columns, g.delay_s, requests);
+  const Eigen::MatrixXd responses = record_.respond(columns, g.delay_s, requests);
   const auto count = static_cast<Eigen::Index>(numerators.size());
   Basis b{responses.leftCols(count), responses.rightCols(responses.cols() - count),
           Eigen::MatrixXd(responses.rows(), 0)};
   if (linear_.past_shared > 0) {
     std::vector<ResponseRequest> past;
     for (const InputSpectrum& pulse : record_.past()) past.push_back({0, &pulse});
-    const Eigen::MatrixXd windows = record_.response().respond(columns, g.delay_s, past);
+    const Eigen::MatrixXd windows = record_.respond(columns, g.delay_s, past);
     b.states = Eigen::MatrixXd::Zero(windows.rows(), linear_.initial_states);
     for (Eigen::Index k = 0; k < windows.cols(); ++k) b.states.col(shared_index(k)) += windows.col(k);
   } else if (linear_.initial_states > 0) {
     const TransferColumns states(g, state_numerators(linear_), {});
     std::vector<ResponseRequest> free;
     for (std::size_t i = 0; i < states.columns(); ++i) free.push_back({i, &record_.step(), AtJump::after});
-    b.states = record_.response().respond(states, 0.0, free);
+    b.states = record_.respond(states, 0.0, free);
   }
   return b;
 }
@@ -259,7 +259,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
                                                                                : nullptr;
     requests.push_back(moved != nullptr ? ResponseRequest{0, moved} : ResponseRequest{l + 1, &input});
   }
-  Eigen::MatrixXd jacobian = record_.response().respond(columns, g.delay_s, requests);
+  Eigen::MatrixXd jacobian = record_.respond(columns, g.delay_s, requests);
   if (linear_.past_shared == 0 && linear.initial_state.size() > 0) {
     TransferFunction free{{}, g.denominator, 0.0};
     for (Eigen::Index i = 0; i < linear.initial_state.size(); ++i) {
@@ -272,7 +272,7 @@ Eigen::MatrixXd OutputError::coordinate_derivatives(const Eigen::VectorXd& theta
     }
     const TransferColumns states(free, {}, by_denominator);
     for (std::size_t l = 0; l < requests.size(); ++l) requests[l] = {l, &record_.step(), AtJump::after};
-    jacobian += record_.response().respond(states, 0.0, requests);
+    jacobian += record_.respond(states, 0.0, requests);
   }
   return jacobian;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "ident/coordinates/parametrisation.hpp"
@@ -13,6 +14,7 @@
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/decimation.hpp"
 #include "ident/signal/edge_thinning.hpp"
+#include "ident/signal/measured_rows.hpp"
 #include "ident/work.hpp"
 
 namespace eha::ident {
@@ -45,7 +47,13 @@ class ComparedRecord {
   /// constant.
   [[nodiscard]] const std::vector<InputSpectrum>& past() const noexcept { return past_; }
   [[nodiscard]] const std::vector<PastInput>& past_windows() const noexcept { return past_windows_; }  ///< no values
-  [[nodiscard]] const Eigen::VectorXd& measured() const noexcept { return measured_; }  ///< filtered and picked
+  /// The output, filtered and picked, at the rows that were measured.
+  [[nodiscard]] const Eigen::VectorXd& measured() const noexcept { return measured_; }
+  /// As of response(), at the same rows.
+  [[nodiscard]] Eigen::MatrixXd respond(const TransferColumns& columns, double delay_s,
+                                        std::span<const ResponseRequest> requests) const {
+    return rows_.of_columns(response_.respond(columns, delay_s, requests));
+  }
 
  private:
   ComparedRecord(const Record& record, const Comparison& comparison, std::size_t rows, const Options& options,
@@ -59,6 +67,7 @@ class ComparedRecord {
   InputSpectrum step_;
   std::vector<InputSpectrum> past_;
   std::vector<PastInput> past_windows_;
+  MeasuredRows rows_;
   Eigen::VectorXd measured_;
 };
 

@@ -47,6 +47,15 @@ Record in_parts(const Record& record, Intersample intersample) {
   }
   fine.input.tail<1>() = record.input.tail<1>();
   fine.output.tail<1>() = record.output.tail<1>();
+  // Those nearer to the row than to one beside it.
+  constexpr auto kPartsOfIt = static_cast<Eigen::Index>((kPartsOfARow - 1) / 2);
+  for (const std::size_t row : record.unmeasured) {
+    const Eigen::Index at = static_cast<Eigen::Index>(row) * kPartsOfARow;
+    for (Eigen::Index part = std::max<Eigen::Index>(0, at - kPartsOfIt);
+         part <= std::min(at + kPartsOfIt, fine.input.size() - 1); ++part) {
+      fine.unmeasured.push_back(static_cast<std::size_t>(part));
+    }
+  }
   return fine;
 }
 

@@ -15,13 +15,18 @@ namespace {
 constexpr double kNormal95 = 1.959963984540054;
 constexpr double kNormal99 = 2.5758293035489004;
 
-Eigen::VectorXd without_mean(const Eigen::Ref<const Eigen::VectorXd>& signal, const char* name) {
+/// @param weights  as autocorrelation(); rows of weight 0 are 0
+Eigen::VectorXd without_mean(const Eigen::Ref<const Eigen::VectorXd>& signal, const char* name,
+                             const Eigen::VectorXd& weights = {}) {
   if (signal.size() == 0) throw DataError(std::string("correlation: expected at least one sample of the ") + name);
   if (!signal.allFinite())
     throw DataError(std::string("the model's output grows beyond all numbers: a sample of the ") + name +
                     " is not finite");
   // A signal that is constant up to the rounding of its mean has no meaningful correlation.
   Eigen::VectorXd centred = signal.array() - signal.mean();
+  if (weights.size() > 0) {
+    centred = weights.cwiseProduct((signal.array() - weights.dot(signal) / std::max(1.0, weights.sum())).matrix());
+  }
   const double rounding = 1e-14 * signal.cwiseAbs().maxCoeff();
   if (centred.cwiseAbs().maxCoeff() <= rounding) centred.setZero();
   return centred;
@@ -64,27 +69,38 @@ double cross_correlation_variance(const Eigen::VectorXd& e, const Eigen::VectorX
 
 }  // namespace
 
-Correlation autocorrelation(const Eigen::Ref<const Eigen::VectorXd>& e, int max_lag) {
-  const Eigen::VectorXd centred = without_mean(e, "residual");
+double correlated_samples(Eigen::Index rows, const Eigen::VectorXd& weights) {
+  const auto n = static_cast<double>(rows);
+  return weights.size() == 0 ? n : weights.sum() * weights.sum() / n;
+}
+
+Correlation autocorrelation(const Eigen::Ref<const Eigen::VectorXd>& e, int max_lag, const Eigen::VectorXd& weights) {
+  const Eigen::VectorXd centred = without_mean(e, "residual", weights);
   const double power = centred.squaredNorm();
   Correlation result;
   for (int lag = 0; lag <= usable_lag(max_lag, e.size()); ++lag) {
     result.lags.push_back(lag);
-    result.values.push_back(power > 0.0 ? lagged_product(centred, centred, lag) / power : 0.0);
+    // A share of the pairs is missing, the square of the share of rows.
+    const double pairs = weights.size() > 0 && lag > 0 ? lagged_product(weights, weights, lag) : 0.0;
+    const double scale =
+        pairs > 0.0 ? weights.sum() * static_cast<double>(e.size() - lag) / (static_cast<double>(e.size()) * pairs)
+                    : 1.0;
+    result.values.push_back(power > 0.0 ? scale * lagged_product(centred, centred, lag) / power : 0.0);
   }
-  set_bounds(result, 1.0 / std::sqrt(static_cast<double>(e.size())));
+  set_bounds(result, 1.0 / std::sqrt(correlated_samples(e.size(), weights)));
   return result;
 }
 
 Correlation cross_correlation(const Eigen::Ref<const Eigen::VectorXd>& e, const Eigen::Ref<const Eigen::VectorXd>& u,
-                              int max_lag) {
+                              int max_lag, const Eigen::VectorXd& weights) {
   if (e.size() != u.size()) {
     throw DataError("correlation: expected as many samples of the input as of the residual, got " +
                     std::to_string(u.size()) + " and " + std::to_string(e.size()));
   }
-  const Eigen::VectorXd residual = without_mean(e, "residual");
+  const Eigen::VectorXd residual = without_mean(e, "residual", weights);
   const Eigen::VectorXd input = without_mean(u, "input");
-  const double power = residual.norm() * input.norm();
+  const double samples = weights.size() > 0 ? weights.sum() : static_cast<double>(e.size());
+  const double power = residual.norm() * input.norm() * std::sqrt(samples / static_cast<double>(e.size()));
   const int last = usable_lag(max_lag, e.size());
   Correlation result;
   for (int lag = -last; lag <= last; ++lag) {
@@ -93,12 +109,12 @@ Correlation cross_correlation(const Eigen::Ref<const Eigen::VectorXd>& e, const 
     result.values.push_back(power > 0.0 ? sum / power : 0.0);
   }
   const double variance = power > 0.0 ? cross_correlation_variance(residual, input, power) : 1.0;
-  set_bounds(result, std::sqrt(variance / static_cast<double>(e.size())));
+  set_bounds(result, std::sqrt(variance / samples));
   return result;
 }
 
-double ljung_box_p(const Correlation& acf, std::size_t samples) {
-  const auto n = static_cast<double>(samples);
+double ljung_box_p(const Correlation& acf, double samples) {
+  const double n = samples;
   double sum = 0.0;
   int lags = 0;
   for (std::size_t i = 0; i < acf.lags.size(); ++i) {

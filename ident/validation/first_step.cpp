@@ -68,7 +68,7 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
   if (const auto stop = end_stop_of(models, recommended)) return {FirstStep::cut, cut_options(*stop)};
   for (const Model* model : counted) {
     const std::string cut = told(*model, kWithoutGaps);
-    if (fails(*model, {Kind::interpolated}) && !cut.empty()) return {FirstStep::cut, cut};
+    if (fails(*model, {Kind::interpolated, Kind::unmeasured}) && !cut.empty()) return {FirstStep::cut, cut};
   }
   if (all([](const Model* model) { return model->validation && model->validation->jump; })) return {FirstStep::cut};
   if (all([](const Model* model) {

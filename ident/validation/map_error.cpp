@@ -63,8 +63,10 @@ bool is_doubtful(const Model& model, double shift) {
 
 }  // namespace
 
-std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, const Eigen::VectorXd& residual) {
+std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, const Eigen::VectorXd& whole_residual) {
   if (!model.input_map || !(model.input_map->dead_band > 0.0) || grows(model.transfer_function)) return std::nullopt;
+  const MeasuredRows& rows = outputs.measured_rows();
+  const Eigen::VectorXd residual = rows.of(whole_residual);
   if (residual.size() < kFewestCompared) return std::nullopt;
   const ValveMap& map = *model.input_map;
   const Eigen::VectorXd& input = outputs.record().input;
@@ -73,7 +75,7 @@ std::optional<double> map_error(const Model& model, OutputOnRecord& outputs, con
   Eigen::MatrixXd columns(residual.size(), kParts + 5);
   Index next = 0;
   const auto add = [&](const Eigen::VectorXd& signal) {
-    columns.col(next++) = outputs.response(model.transfer_function, signal);
+    columns.col(next++) = rows.of(outputs.response(model.transfer_function, signal));
   };
   for (Index part = 0; part < kParts; ++part) {
     const auto from = static_cast<double>(part);

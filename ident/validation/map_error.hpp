@@ -15,11 +15,11 @@ namespace eha::ident {
 ///   e(t) = c_0 + sum_b c_b G(1_b(u))(t) + slopes;  the greatest |c_b| beyond two standard errors, of the four inner b
 /// Oil that leaks past a piston moves the rod within the dead band. The fit bends null and dead band towards that, and
 /// their intervals, which take the map for the valve's, do not hold it.
-/// @param outputs   on the record that `residual` is of  @param residual  of all compared rows
+/// @param outputs   on the record that `whole_residual` is of  @param whole_residual  of all compared rows
 /// @returns [input unit]; none without a map or a dead band, for a model that grows, or on fewer than 60 rows
 /// Cost eight responses.
 [[nodiscard]] std::optional<double> map_error(const Model& model, OutputOnRecord& outputs,
-                                              const Eigen::VectorXd& residual);
+                                              const Eigen::VectorXd& whole_residual);
 
 /// Whether a map lets its input through in one direction only, as that of a record which reached one edge of the dead
 /// band: that edge is known, null and half dead band are not.

@@ -460,13 +460,13 @@ bool has_estimated_order(const Model& model) {
 }
 
 Recommendation recommend(const std::vector<const Model*>& models, const AcceptanceLimits& limits,
-                         double interpolated_percent) {
+                         const Unmeasured& unmeasured) {
   const Models all = compared(models);
   Models identified;
   std::copy_if(all.begin(), all.end(), std::back_inserter(identified), [&](const Model* model) {
     Model unvalidated = *model;
     unvalidated.validation.reset();
-    return judge(unvalidated, limits, {.interpolated_percent = interpolated_percent}).accepted;
+    return judge(unvalidated, limits, {.unmeasured = unmeasured}).accepted;
   });
   Recommendation result;
   if (all.empty()) {

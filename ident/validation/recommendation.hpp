@@ -9,6 +9,7 @@
 
 #include "ident/acceptance_limits.hpp"
 #include "ident/model/model.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::ident {
 
@@ -92,9 +93,9 @@ template <typename Row, typename ModelOf>
 /// validation part (a third with more parameters), the next one is taken and `validation_chose` set; without one, none.
 /// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
 ///                the paper's procedure takes no part
-/// @param limits, interpolated_percent  as judge()
+/// @param limits, unmeasured  as judge()
 [[nodiscard]] Recommendation recommend(const std::vector<const Model*>& models, const AcceptanceLimits& limits,
-                                       double interpolated_percent = 0.0);
+                                       const Unmeasured& unmeasured = {});
 
 /// "Recommended: io_valve (runner-up fo): least AR-BIC ...", or "No model is recommended: ...".
 [[nodiscard]] std::string sentence(const Recommendation& recommendation);

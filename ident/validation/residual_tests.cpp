@@ -310,9 +310,18 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
   part.input_error.resize(rows, rounding.cols() + noise.cols());
   part.input_error << rounding, noise;
+  // The lags are those of the record, whichever of its rows are left.
+  const MeasuredRows kept = outputs.measured_rows().from(begin);
+  part.residual = kept.of(part.residual);
+  for (Eigen::MatrixXd* columns : {&part.past_input, &part.future_input, &part.parameter_error, &part.input_error}) {
+    *columns = kept.of_columns(*columns);
+  }
   if (effects == Effects::leave_out) return part;
   part.effects = nonlinear_effects(model, outputs, static_cast<std::size_t>(begin));
-  const Eigen::VectorXd output = picked(outputs.record().output, comparison).tail(rows);
+  for (NonlinearEffects& effects_of_kind : part.effects) {
+    effects_of_kind.columns = kept.of_columns(effects_of_kind.columns);
+  }
+  const Eigen::VectorXd output = kept.of(picked(outputs.record().output, comparison).tail(rows));
   part.output_std = std::sqrt((output.array() - output.mean()).square().mean());
   return part;
 }

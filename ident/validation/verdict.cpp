@@ -183,6 +183,17 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
   }
 }
 
+/// What was not measured says nothing, and what the input did in a gap is not known.
+void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgement& judgement) {
+  // The paper's procedure takes interpolated rows for measured ones, and such a row agrees with any smooth model.
+  const double interpolated = model.procedure == "paper" ? unmeasured.percent() : unmeasured.in_gaps_percent();
+  judgement.criterion(Kind::interpolated, interpolated, kMostInterpolated_percent,
+                      interpolated <= kMostInterpolated_percent);
+  if (unmeasured.rows == 0) return;
+  judgement.criterion(Kind::unmeasured, unmeasured.percent(), kMostUnmeasured_percent,
+                      unmeasured.percent() <= kMostUnmeasured_percent);
+}
+
 /// Many models follow a piece of a motion, and there is nothing to tell them apart by where no test can judge.
 void judge_length(const Model& model, const RecordFacts& facts, Judgement& judgement) {
   if (!facts.piece || !model.validation) return;
@@ -263,8 +274,7 @@ std::string_view text(Grade grade) {
 
 Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts) {
   Judgement judgement;
-  judgement.criterion(Kind::interpolated, facts.interpolated_percent, kMostInterpolated_percent,
-                      facts.interpolated_percent <= kMostInterpolated_percent);
+  judge_unmeasured(model, facts.unmeasured, judgement);
   if (model.estimation) {
     judgement.criterion(Kind::converged, model.estimation->converged ? 1.0 : 0.0, 1.0, model.estimation->converged);
   }

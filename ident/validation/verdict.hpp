@@ -10,11 +10,16 @@
 
 #include "ident/acceptance_limits.hpp"
 #include "ident/model/model.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::ident {
 
-/// Chosen above the 0.2 % of a 50 s run that the loop's abort limits allow.
+/// Of the rows, in gaps of kRowsOfGap rows or more. Chosen above the 0.2 % of a 50 s run that the loop's abort limits
+/// allow.
 inline constexpr double kMostInterpolated_percent = 1.0;
+
+/// Of the rows, scattered ones as well, which are left out of the fit.
+inline constexpr double kMostUnmeasured_percent = 10.0;
 
 /// A validating residual above this many times the measured noise shows a part of the plant that the model lacks.
 inline constexpr double kGreatestErrorOverNoise = 3.0;
@@ -41,7 +46,7 @@ inline constexpr double kNoticedShare = 0.1;
 
 /// Facts about a record in addition to its rows.
 struct RecordFacts {
-  double interpolated_percent = 0.0;  ///< rows whose output was not measured [% of its rows]
+  Unmeasured unmeasured = {};  ///< rows of which a value was not measured
   /// Noise of a compared output sample, measured between periods of the record, as measured_noise() [output unit]; none
   /// for a record that does not repeat.
   std::optional<double> noise_std = {};
@@ -77,8 +82,9 @@ struct RecordFacts {
 /// not exclude 0; an output at an end for more than 5 % of the samples; a valve map whose gain ratio is below -0.05,
 /// which is no valve; a record too short for its slower motions on whose unseen part neither a missing part of the
 /// plant nor the predicted error can be judged; an error of more than ten times the noise unless the fit is 95 %; a
-/// record of which more than kMostInterpolated_percent was not measured, as an interpolated sample agrees with any
-/// smooth model. A model that is not rejected is good when it passes the rest too, else usable: each residual test at 1
+/// record of which more than kMostUnmeasured_percent was not measured, or kMostInterpolated_percent in gaps or in rows
+/// that the procedure does not leave out. A model that is not rejected is good when it passes the rest too, else
+/// usable: each residual test at 1
 /// %, no drift of the residual, no jump of the error, an AR-BIC at most kClearGain above that of the recommended model,
 /// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
 /// fresh input of at most 5 %, no stay at an end stop and at most 1 % of samples at which the output is at its limit

@@ -8,6 +8,7 @@
 
 #include "core/time_text.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -82,10 +83,10 @@ std::string gaps_in_record(const Model& model) {
   const auto gaps = model.provenance.find(kGapsOfRecord);
   if (gaps == model.provenance.end()) return {};
   const auto cut = model.provenance.find(kWithoutGaps);
-  return fmt::format(
-      "Rows are missing {}, and what the input did there is not known, so that an integrating rod stands elsewhere "
-      "afterwards{}.",
-      gaps->second, cut == model.provenance.end() ? std::string() : "; cut with " + cut->second);
+  return fmt::format("Rows are missing {}, and what the input did there is not known, so that {}{}.", gaps->second,
+                     comes_to_rest(model) ? "the output moves otherwise for some time afterwards"
+                                          : "an integrating rod stands elsewhere afterwards",
+                     cut == model.provenance.end() ? std::string() : "; cut with " + cut->second);
 }
 
 std::vector<std::string> causes_in_record(const Model& model) {

@@ -73,7 +73,8 @@ class Reasons {
     if (shows_no_motion(model_, verdict_)) return {no_motion()};
     if (cause_ == ErrorCause::frozen) return frozen();
     // What explains the other reasons comes first.
-    about({Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::record_length, Kind::converged});
+    about({Kind::unmeasured, Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::record_length,
+           Kind::converged});
     note_flat_ridge();
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back(
@@ -177,8 +178,15 @@ class Reasons {
     switch (c.kind) {
       case Kind::interpolated:
         return fmt::format(
-            "Part of the record was not measured: {:.3g} % of its rows are interpolated, more than {:.3g} %; cut with "
+            "Part of the record was not measured: {:.3g} % of its rows are interpolated{}, more than {:.3g} %; cut "
+            "with "
             "--from and --to to a part that was, or record again.",
+            c.value, model_.procedure == "paper" ? "" : " in gaps", c.limit);
+      case Kind::unmeasured:
+        return fmt::format(
+            "Too little of the record was measured: {:.3g} % of its rows lack a value, more than {:.3g} %; cut with "
+            "--from and --to to a part that lacks fewer, keep every nth row where the sensor is read so seldom, or "
+            "record again.",
             c.value, c.limit);
       case Kind::record_length:
         return fmt::format(

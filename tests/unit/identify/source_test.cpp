@@ -12,20 +12,22 @@ TEST(Warnings, NameRowsThatWereNotMeasured) {
   source.run_folder = "runs/latest";
   source.record.output = Eigen::VectorXd::Zero(2000);
   EXPECT_TRUE(warnings(source).empty());
-  source.interpolated_rows = 3;
+  source.unmeasured = {.rows = 3, .in_gaps = 0, .of_rows = 2000};
   const auto sentences = warnings(source);
   ASSERT_EQ(sentences.size(), 1U);
   EXPECT_NE(sentences[0].find("3 of 2000 displacements (0.15 %)"), std::string::npos) << sentences[0];
 }
 
-TEST(Warnings, NameRowsOfAFileThatWereFilled) {
+TEST(Warnings, NameRowsOfAFileThatWereNotMeasured) {
   Source source;
   source.name = "r.csv";
   source.record.output = Eigen::VectorXd::Zero(2000);
-  source.interpolated_rows = 3;
+  source.unmeasured = {.rows = 3, .in_gaps = 0, .of_rows = 2000};
   const auto sentences = warnings(source);
   ASSERT_EQ(sentences.size(), 1U);
-  EXPECT_NE(sentences[0].find("3 of 2000 rows (0.15 %) were not measured and are filled"), std::string::npos);
+  EXPECT_EQ(sentences[0],
+            "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests; where the input is "
+            "missing it is held");
 }
 
 TEST(Warnings, NameAnEndBeforeTime) {
@@ -41,10 +43,10 @@ TEST(Warnings, OfSeveralSourcesCarryTheirNames) {
   Source first;
   first.name = "a.csv";
   first.record.output = Eigen::VectorXd::Zero(2000);
-  first.interpolated_rows = 3;
+  first.unmeasured = {.rows = 3, .in_gaps = 0, .of_rows = 2000};
   Source second = first;
   second.name = "b.csv";
-  second.interpolated_rows = 0;
+  second.unmeasured = {};
   second.remarks = {"b.csv: the output rests", "the unit \"v\" is none"};
   const auto sentences = named_warnings({first, second});
   ASSERT_EQ(sentences.size(), 3U);

@@ -212,7 +212,7 @@ TEST_F(BenchFile, TakesASpreadsheetsErrorForAMissingValue) {
       options.resample = true;
       const Imported imported = import_record(path, options);
       EXPECT_EQ(imported.record.input.size(), 50) << error << kind;
-      EXPECT_EQ(imported.filled, std::vector<std::size_t>{20}) << error << kind;
+      EXPECT_EQ(imported.record.unmeasured, std::vector<std::size_t>{20}) << error << kind;
     }
   }
 }

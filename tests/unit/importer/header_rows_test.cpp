@@ -247,7 +247,7 @@ TEST_F(ImportedFile, HasTheSignOfInfinityForAnOverload) {
   const std::string refusal = refusal_of(path);
   const Imported imported = answered(path, refusal);
   expect_rig(imported);
-  EXPECT_EQ(imported.filled, std::vector<std::size_t>{100});
+  EXPECT_EQ(imported.record.unmeasured, std::vector<std::size_t>{100});
 }
 
 TEST_F(ImportedFile, IsRefusedOnceWithAllThatItNeeds) {
@@ -259,7 +259,7 @@ TEST_F(ImportedFile, IsRefusedOnceWithAllThatItNeeds) {
   EXPECT_NE(refusal.find("which columns are input and output?"), std::string::npos) << refusal;
   EXPECT_NE(refusal.find(" Its rows need --resample: "), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("--input 2 --output 3 --resample`"), std::string::npos) << refusal;
-  EXPECT_EQ(answered(path, refusal).filled, std::vector<std::size_t>{100});
+  EXPECT_EQ(answered(path, refusal).record.unmeasured, std::vector<std::size_t>{100});
 }
 
 TEST_F(ImportedFile, IsSaidToBeExchangedAfterAnAnswerToo) {

@@ -50,7 +50,7 @@ TEST_F(LoggerFile, WithACodeForMissingValuesIsAskedAbout) {
     EXPECT_NE(refusal.find("`eha fit codes.csv --from 1.4`"), std::string::npos) << refusal;
     options.resample = true;
     const Imported filled = import_record(path, options);
-    EXPECT_EQ(filled.filled.size(), 40U) << code;
+    EXPECT_EQ(filled.record.unmeasured.size(), 40U) << code;
     EXPECT_LT(filled.record.output.maxCoeff(), 106.0) << code;
   }
   EXPECT_EQ(refusal_of(with("123.4", 10, 12)).find("a code for"), std::string::npos);
@@ -136,7 +136,7 @@ TEST_F(LoggerFile, WithAnOutputThatDropsOutIsFilledByACommand) {
       << refusal;
   ASSERT_EQ(commands_of(refusal).size(), 2U) << refusal;
   const Imported filled = import_record(path, {.resample = true});
-  EXPECT_EQ(filled.filled.size(), 20U);
+  EXPECT_EQ(filled.record.unmeasured.size(), 20U);
   EXPECT_GT(filled.record.output.minCoeff(), 35.0);
   // A rod that passes through 0, or rests there, drops nowhere.
   EXPECT_EQ(import_record(write("through.csv", text(1, -50.0)), {.keep_lone_rows = true}).record.input.size(),

@@ -145,9 +145,9 @@ TEST(LoneRows, AreRefusedWithTheCommandsThatFillOrKeepThem) {
   EXPECT_NE(refusal.find(" --keep-lone-rows`"), std::string::npos) << refusal;
   const Imported kept = import_record(path, {.keep_lone_rows = true});
   EXPECT_EQ(kept.record.output[1501], 0.0);
-  EXPECT_TRUE(kept.filled.empty());
+  EXPECT_TRUE(kept.record.unmeasured.empty());
   const Imported filled = import_record(path, {.resample = true});
-  EXPECT_EQ(filled.filled, std::vector<std::size_t>{1501});
+  EXPECT_EQ(filled.record.unmeasured, std::vector<std::size_t>{1501});
   EXPECT_NEAR(filled.record.output[1501], clean.output[1501], 0.2);
   ASSERT_FALSE(filled.repairs.empty());
   EXPECT_NE(filled.repairs.front().find("taken as not measured"), std::string::npos) << filled.repairs.front();
@@ -167,7 +167,7 @@ TEST(LoneRows, OfAnInputLieFarBeyondItsRange) {
   EXPECT_NE(refusal.find("1 row of the input stands alone, the first at 15.01 s: 43.1 between"), std::string::npos)
       << refusal;
   EXPECT_NE(refusal.find("--resample`"), std::string::npos) << refusal;
-  EXPECT_EQ(import_record(path, {.resample = true}).filled, std::vector<std::size_t>{1501});
+  EXPECT_EQ(import_record(path, {.resample = true}).record.unmeasured, std::vector<std::size_t>{1501});
   EXPECT_EQ(import_record(path, {.keep_lone_rows = true}).record.input[1501], 43.1);
 }
 

@@ -54,7 +54,7 @@ TEST_F(Play, LeavesEveryFileOfARunFolderAndReadsBackWhatWasPlayed) {
   }
   const LoadedRun loaded = read_run(finished.folder);
   EXPECT_EQ(loaded.outcome, Outcome::completed);
-  EXPECT_EQ(loaded.interpolated_rows, 0u);
+  EXPECT_EQ(loaded.record.unmeasured.size(), 0u);
   EXPECT_EQ(loaded.samples_per_repetition, table_V_.size());
   EXPECT_DOUBLE_EQ(loaded.record.step_s, 0.001);
   ASSERT_EQ(loaded.record.input.size(), static_cast<Eigen::Index>(table_V_.size()));
@@ -147,7 +147,7 @@ TEST_F(Play, InterpolatesAHeldSampleAndSaysSo) {
                     {{hal::FaultKind::read_timed_out, 800, 1, 0.0}, {hal::FaultKind::read_timed_out, 900, 2, 0.0}});
   const FinishedRun finished = run_on(rig);
   EXPECT_EQ(finished.report.outcome, Outcome::completed);
-  EXPECT_EQ(read_run(finished.folder).interpolated_rows, 3u);
+  EXPECT_EQ(read_run(finished.folder).record.unmeasured.size(), 3u);
 }
 
 TEST_F(Play, LeavesNoFolderBehindWhenTheRunIsRefused) {

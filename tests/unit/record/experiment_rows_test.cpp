@@ -37,7 +37,7 @@ Rows rows_of(const std::vector<TickRecord>& ticks) {
   });
   rows.add(ticks);
   rows.finish();
-  result.interpolated = rows.interpolated();
+  result.interpolated = rows.interpolated().size();
   return result;
 }
 

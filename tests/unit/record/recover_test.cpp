@@ -173,7 +173,7 @@ TEST_F(Recover, MarksWhatWasLostAndTakesNoSuchRunForACompletedOne) {
   const std::vector<acquisition::TickRecord> ticks = read_ticks(folder);
   ASSERT_EQ(ticks.size(), whole_.size());
   const LoadedRun loaded = read_run(folder);
-  EXPECT_EQ(loaded.interpolated_rows, 100u);
+  EXPECT_EQ(loaded.record.unmeasured.size(), 100u);
   ASSERT_EQ(loaded.record.input.size(), 10'000);
   ASSERT_EQ(loaded.manifest.recovery->gaps.size(), 1u);
   EXPECT_EQ(loaded.manifest.recovery->gaps[0].rows, 100u);

@@ -51,14 +51,25 @@ TEST(Verdict, RejectsWhatWasFittedToARodAtItsEnd) {
   EXPECT_FALSE(judge(model, {}).accepted);
 }
 
-TEST(Verdict, RejectsWhatWasFittedToSamplesThatWereNotMeasured) {
-  EXPECT_TRUE(judge(good_model(), {}, {.interpolated_percent = kMostInterpolated_percent}).accepted);
-  const Verdict verdict = judge(good_model(), {}, {.interpolated_percent = 62.1});
+TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
+  const auto lacking = [](std::size_t rows, std::size_t in_gaps) {
+    return RecordFacts{.unmeasured = {.rows = rows, .in_gaps = in_gaps, .of_rows = 1000}};
+  };
+  EXPECT_TRUE(judge(good_model(), {}, lacking(100, 10)).accepted);
+  const Verdict verdict = judge(good_model(), {}, lacking(151, 0));
   EXPECT_FALSE(verdict.accepted);
-  EXPECT_EQ(
-      verdict.reasons.front(),
-      "Part of the record was not measured: 62.1 % of its rows are interpolated, more than 1 %; cut with --from and "
-      "--to to a part that was, or record again.");
+  EXPECT_EQ(verdict.reasons.front(),
+            "Too little of the record was measured: 15.1 % of its rows lack a value, more than 10 %; cut with --from "
+            "and --to to a part that lacks fewer, keep every nth row where the sensor is read so seldom, or record "
+            "again.");
+  const Verdict gaps = judge(good_model(), {}, lacking(80, 11));
+  EXPECT_FALSE(gaps.accepted);
+  EXPECT_EQ(gaps.reasons.front(),
+            "Part of the record was not measured: 1.1 % of its rows are interpolated in gaps, more than 1 %; cut with "
+            "--from and --to to a part that was, or record again.");
+  Model paper = good_model();
+  paper.procedure = "paper";
+  EXPECT_FALSE(judge(paper, {}, lacking(80, 0)).accepted) << "it takes interpolated rows for measured ones";
 }
 
 TEST(Verdict, RejectsAMapThatTurnsBack) {
