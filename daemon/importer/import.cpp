@@ -137,6 +137,13 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
   const bool is_small = static_cast<double>(even.moved_rows) < kWorthSaying * static_cast<double>(rows) ||
                         even.most_moved_s < kWorthSaying * even.step_s;
   if (is_small) return {};
+  if (even.is_averaged) {
+    return fmt::format(
+        "{} of {} rows were up to {:.3g} s off an even step of {:.6g} s: as if their times were those of the samples, "
+        "the output is interpolated, and the input the mean over each step of what was held; if the rows were sampled "
+        "evenly and only the clock is uneven, --period {:.6g} takes them so",
+        even.moved_rows, rows, even.most_moved_s, even.step_s, even.step_s);
+  }
   return fmt::format(
       "{} of {} rows were moved by up to {:.3g} s to an even step of {:.6g} s: the input takes effect by as much "
       "earlier or later than a model has it, so that its figures are less exact than their intervals say; record with "

@@ -20,6 +20,10 @@ constexpr int kTimeDigits = 9;
 
 /// Over a whole record the grid may drift from the typical step by this share of a step for the sake of a round number.
 constexpr double kDriftForRoundStep = 0.25;
+/// A point between two measured rows that are at most so many steps apart is no gap.
+constexpr double kNeighbours = 1.5;
+/// Of the rows, off the grid: from there on it is the clock that is uneven, not a few late rows.
+constexpr double kUneven = 0.1;
 /// Of one kind; more are summed up.
 constexpr std::size_t kMostRepairs = 5;
 
@@ -74,6 +78,10 @@ class Resampler {
     result_.columns.assign(sources_.size(), std::vector<double>(count));
     for (std::size_t k = 0; k < count; ++k) place(k);
     end_stretch(count);
+    if (static_cast<double>(moved_.rows) > kUneven * static_cast<double>(count)) {
+      for (std::size_t c = 0; c < held_; ++c) average(c);
+      result_.is_averaged = held_ > 0;
+    }
     report(repeated_, "their time a second time, left out");
     report(filled_, "nothing measured, filled");
     report(output_filled_, "no output measured, it is interpolated; their input is kept");
@@ -218,7 +226,8 @@ class Resampler {
     const bool is_before = at - time_s_[before] <= time_s_[after] - at || after == before;
     Placed placed{.row = is_before ? before : after};
     placed.off_s = std::abs(time_s_[placed.row] - at);
-    const bool is_filled = placed.off_s > 0.5 * result_.step_s * (1.0 + kOnGrid);
+    const bool is_far = time_s_[after] - time_s_[before] > kNeighbours * result_.step_s;
+    const bool is_filled = is_far && placed.off_s > 0.5 * result_.step_s * (1.0 + kOnGrid);
     const bool is_moved = !is_filled && placed.off_s > kOnGrid * result_.step_s + quantum_s();
     placed.kind = is_filled ? Kind::filled : is_moved ? Kind::moved : Kind::measured;
     const std::vector<double>& value = values(c);
@@ -232,6 +241,26 @@ class Resampler {
       placed.value = (1.0 - weight) * value[before] + weight * value[after];
     }
     return placed;
+  }
+
+  /// Makes each value of a held column the mean until the next grid point, of values held from row to row: what the
+  /// input of uneven rows did.
+  void average(std::size_t c) {
+    const std::vector<std::size_t>& rows = sources_[c].rows;
+    const std::vector<double>& value = values(c);
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < result_.columns[c].size(); ++k) {
+      double from_s = result_.start_s + static_cast<double>(k) * result_.step_s;
+      const double to_s = from_s + result_.step_s;
+      while (at + 1 < rows.size() && time_s_[rows[at + 1]] <= from_s) ++at;
+      double sum = 0.0;
+      for (std::size_t i = at; from_s < to_s; ++i) {
+        const double until_s = i + 1 < rows.size() ? std::clamp(time_s_[rows[i + 1]], from_s, to_s) : to_s;
+        sum += (until_s - from_s) * value[rows[i]];
+        from_s = until_s;
+      }
+      result_.columns[c][k] = sum / result_.step_s;
+    }
   }
 
   /// Rounding of a printed time [s].

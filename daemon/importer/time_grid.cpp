@@ -66,6 +66,68 @@ class Grid {
                                 table_.where(row), what, command("--resample"), other));
   }
 
+  /// A clock that is uneven from row to row: refused with what helps, which depends on what scatters.
+  void refuse_jitter(std::size_t row, const std::string& what) const {
+    constexpr std::size_t kFewestRows = 40;
+    constexpr double kUnevenSteps = 0.1;  // share of the steps, from which on the clock itself is uneven
+    constexpr double kWithin = 0.75;      // of a step, about the grid
+    constexpr std::size_t kTogether = 20;
+    constexpr double kWanders = 0.5;  // of a step, the mean of rows that follow one another: a row is missing
+    const std::size_t rows = time_s_.size();
+    if (rows < kFewestRows) return;
+    std::size_t uneven = 0;
+    for (std::size_t k = 1; k < rows; ++k) {
+      if (std::abs(time_s_[k] - time_s_[k - 1] - typical_step_s_) > 2.0 * kOnGrid * typical_step_s_) ++uneven;
+    }
+    if (static_cast<double>(uneven) < kUnevenSteps * static_cast<double>(rows)) return;
+    // Least squares through rows and times.
+    const double middle = 0.5 * static_cast<double>(rows - 1);
+    double mean_s = 0.0;
+    double rise = 0.0;
+    double power = 0.0;
+    for (std::size_t k = 0; k < rows; ++k) {
+      const double place = static_cast<double>(k) - middle;
+      mean_s += (time_s_[k] - time_s_.front()) / static_cast<double>(rows);
+      rise += place * (time_s_[k] - time_s_.front());
+      power += place * place;
+    }
+    const double period_s = rise / power;
+    double most_s = 0.0;
+    double sum = 0.0;
+    double together_s = 0.0;
+    double least_s = 0.0;
+    double greatest_s = 0.0;
+    std::vector<double> off_s(rows);
+    for (std::size_t k = 0; k < rows; ++k) {
+      off_s[k] = time_s_[k] - time_s_.front() - mean_s - (static_cast<double>(k) - middle) * period_s;
+      most_s = std::max(most_s, std::abs(off_s[k]));
+      sum += off_s[k] * off_s[k];
+      together_s += off_s[k] / static_cast<double>(kTogether);
+      if (k >= kTogether) together_s -= off_s[k - kTogether] / static_cast<double>(kTogether);
+      if (k + 1 < kTogether) continue;
+      least_s = std::min(least_s, together_s);
+      greatest_s = std::max(greatest_s, together_s);
+    }
+    if (most_s > kWithin * period_s || greatest_s - least_s > kWanders * period_s) return;
+    throw DataError(fmt::format(
+        "{}{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and no row is missing; if the rows "
+        "were "
+        "sampled evenly, and only their time stamps came early or late: `{}`; if the times are those of the samples: "
+        "`{}`",
+        path_.string(), table_.where(row), what, std::sqrt(sum / static_cast<double>(rows)), round_period(period_s),
+        command(fmt::format("--period {:.9g}", round_period(period_s))), command("--resample")));
+  }
+
+  /// The roundest period that drifts from the rows by a quarter of it over the record.
+  [[nodiscard]] double round_period(double period_s) const {
+    constexpr double kDrift = 0.25;
+    for (int digits = 1; digits < kMostStepDigits; ++digits) {
+      const double round_s = std::stod(fmt::format("{:.{}e}", period_s, digits - 1));
+      if (std::abs(round_s - period_s) * static_cast<double>(time_s_.size()) <= kDrift * period_s) return round_s;
+    }
+    return period_s;
+  }
+
   /// For times that leave the grid smoothly, as added up in single precision: the mean step.
   [[nodiscard]] std::string drift(double mean_step_s) const {
     constexpr std::size_t kParts = 20;
@@ -172,7 +234,10 @@ class Grid {
         const double ratio = step_s / typical_step_s_;
         const std::string gap =
             ratio > 1.5 ? fmt::format(" ({:.0f} row{} missing)", std::round(ratio) - 1.0, ratio < 2.5 ? "" : "s") : "";
-        fail(k, fmt::format("a step of {:.9g} s in time_s, expected {:.9g} s{}", step_s, typical_step_s_, gap));
+        const std::string what =
+            fmt::format("a step of {:.9g} s in time_s, expected {:.9g} s", step_s, typical_step_s_);
+        refuse_jitter(k, what);
+        fail(k, what + gap);
       }
     }
   }
