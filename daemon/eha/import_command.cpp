@@ -25,7 +25,7 @@ FILE is text (commas, semicolons, tabs, bars or blanks; decimal point or comma; 
 with a header, with a row of units, or without), a MAT-file (version 4, 5, 7.3: arrays, structs of arrays) or HDF5.
 Missing facts are guessed, and the guess is printed in one line. An ambiguous file is refused; the message lists its
 columns and a command that chooses. "74,973" may be 74973 or 74.973: --thousands comma or --decimal comma says which.
---resample fills gaps and lists each of them; filled rows are marked in a column `filled`.
+--resample fills gaps and lists each of them; filled rows are marked in a column `filled` and count for nothing in a fit.
 
 Examples:
   eha import bench.csv -o record.csv

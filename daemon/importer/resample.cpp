@@ -23,7 +23,7 @@ constexpr double kDriftForRoundStep = 0.25;
 /// A point between two measured rows that are at most so many steps apart is no gap.
 constexpr double kNeighbours = 1.5;
 /// Of the rows, off the grid: from there on it is the clock that is uneven, not a few late rows.
-constexpr double kUneven = 0.1;
+constexpr double kUneven = 0.3;
 /// Of one kind; more are summed up.
 constexpr std::size_t kMostRepairs = 5;
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -67,55 +68,49 @@ class Grid {
   }
 
   /// A clock that is uneven from row to row: refused with what helps, which depends on what scatters.
-  void refuse_jitter(std::size_t row, const std::string& what) const {
+  void refuse_jitter(std::size_t row, double allowed_s, const std::string& what) const {
     constexpr std::size_t kFewestRows = 40;
-    constexpr double kUnevenSteps = 0.1;  // share of the steps, from which on the clock itself is uneven
-    constexpr double kWithin = 0.75;      // of a step, about the grid
-    constexpr std::size_t kTogether = 20;
-    constexpr double kWanders = 0.5;  // of a step, the mean of rows that follow one another: a row is missing
-    const std::size_t rows = time_s_.size();
-    if (rows < kFewestRows) return;
-    std::size_t uneven = 0;
-    for (std::size_t k = 1; k < rows; ++k) {
-      if (std::abs(time_s_[k] - time_s_[k - 1] - typical_step_s_) > 2.0 * kOnGrid * typical_step_s_) ++uneven;
+    constexpr double kUnevenSteps = 0.1;  // share of the steps
+    constexpr double kWithin = 0.75;      // of a step, off an even grid
+    constexpr double kWanders = 0.5;      // of a step, together: a row is missing, or the clock itself wanders
+    if (time_s_.size() < kFewestRows) return;
+    const auto rows = static_cast<Eigen::Index>(time_s_.size());
+    const Eigen::ArrayXd time_s = Eigen::Map<const Eigen::ArrayXd>(time_s_.data(), rows) - time_s_.front();
+    const Eigen::ArrayXd steps_s = time_s.tail(rows - 1) - time_s.head(rows - 1);
+    const double uneven = ((steps_s - typical_step_s_).abs() > allowed_s).cast<double>().mean();
+    if (uneven < kUnevenSteps) return;
+    const Eigen::ArrayXd place = Eigen::ArrayXd::LinSpaced(rows, -0.5, 0.5) * static_cast<double>(rows - 1);
+    const double period_s = (place * time_s).sum() / place.square().sum();
+    const Eigen::ArrayXd off_s = time_s - time_s.mean() - period_s * place;
+    const bool is_within = off_s.abs().maxCoeff() <= kWithin * period_s && wander_s(off_s) <= kWanders * period_s;
+    const std::string place_text = path_.string() + table_.where(row);
+    if (!is_within) {
+      throw DataError(fmt::format(
+          "{}: {}: {:.0f} % of the steps differ so; if the times are those of the samples, this puts them on "
+          "an even grid: `{}`",
+          place_text, what, 100.0 * uneven, command("--resample")));
     }
-    if (static_cast<double>(uneven) < kUnevenSteps * static_cast<double>(rows)) return;
-    // Least squares through rows and times.
-    const double middle = 0.5 * static_cast<double>(rows - 1);
-    double mean_s = 0.0;
-    double rise = 0.0;
-    double power = 0.0;
-    for (std::size_t k = 0; k < rows; ++k) {
-      const double place = static_cast<double>(k) - middle;
-      mean_s += (time_s_[k] - time_s_.front()) / static_cast<double>(rows);
-      rise += place * (time_s_[k] - time_s_.front());
-      power += place * place;
-    }
-    const double period_s = rise / power;
-    double most_s = 0.0;
-    double sum = 0.0;
-    double together_s = 0.0;
-    double least_s = 0.0;
-    double greatest_s = 0.0;
-    std::vector<double> off_s(rows);
-    for (std::size_t k = 0; k < rows; ++k) {
-      off_s[k] = time_s_[k] - time_s_.front() - mean_s - (static_cast<double>(k) - middle) * period_s;
-      most_s = std::max(most_s, std::abs(off_s[k]));
-      sum += off_s[k] * off_s[k];
-      together_s += off_s[k] / static_cast<double>(kTogether);
-      if (k >= kTogether) together_s -= off_s[k - kTogether] / static_cast<double>(kTogether);
-      if (k + 1 < kTogether) continue;
-      least_s = std::min(least_s, together_s);
-      greatest_s = std::max(greatest_s, together_s);
-    }
-    if (most_s > kWithin * period_s || greatest_s - least_s > kWanders * period_s) return;
+    const double round_s = round_period(period_s);
     throw DataError(fmt::format(
-        "{}{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and no row is missing; if the rows "
-        "were "
-        "sampled evenly, and only their time stamps came early or late: `{}`; if the times are those of the samples: "
-        "`{}`",
-        path_.string(), table_.where(row), what, std::sqrt(sum / static_cast<double>(rows)), round_period(period_s),
-        command(fmt::format("--period {:.9g}", round_period(period_s))), command("--resample")));
+        "{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and no row is missing; if the "
+        "rows were sampled evenly, and only their time stamps came early or late: `{}`; if the times are "
+        "those of the samples: `{}`",
+        place_text, what, std::sqrt(off_s.square().mean()), round_s, command(fmt::format("--period {:.9g}", round_s)),
+        command("--resample")));
+  }
+
+  /// How far the mean over rows that follow one another moves.
+  [[nodiscard]] static double wander_s(const Eigen::ArrayXd& off_s) {
+    constexpr Eigen::Index kTogether = 20;
+    double mean_s = off_s.head(kTogether).mean();
+    double least_s = mean_s;
+    double greatest_s = mean_s;
+    for (Eigen::Index k = kTogether; k < off_s.size(); ++k) {
+      mean_s += (off_s[k] - off_s[k - kTogether]) / static_cast<double>(kTogether);
+      least_s = std::min(least_s, mean_s);
+      greatest_s = std::max(greatest_s, mean_s);
+    }
+    return greatest_s - least_s;
   }
 
   /// The roundest period that drifts from the rows by a quarter of it over the record.
@@ -236,7 +231,7 @@ class Grid {
             ratio > 1.5 ? fmt::format(" ({:.0f} row{} missing)", std::round(ratio) - 1.0, ratio < 2.5 ? "" : "s") : "";
         const std::string what =
             fmt::format("a step of {:.9g} s in time_s, expected {:.9g} s", step_s, typical_step_s_);
-        refuse_jitter(k, what);
+        refuse_jitter(k, allowed_s, what);
         fail(k, what + gap);
       }
     }

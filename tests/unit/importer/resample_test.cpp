@@ -60,6 +60,47 @@ TEST(Resample, CountsTheRowsThatItMoved) {
   EXPECT_NEAR(even.most_moved_s, 0.1, 1e-12);
 }
 
+/// Times of rows whose clock wanders: each step is 1 plus or minus up to 0.35.
+std::vector<double> wandering(std::size_t rows) {
+  std::vector<double> times{0.0};
+  for (std::size_t k = 1; k < rows; ++k) {
+    const double along = std::fmod(static_cast<double>(k) * 0.618034, 1.0);  // evenly over 0..1
+    times.push_back(times.back() + 1.0 + 0.7 * (along - 0.5));
+  }
+  return times;
+}
+
+TEST(Resample, TakesThePointsBetweenTheRowsOfAWanderingClockAsMeasured) {
+  const Resampled even = resample(rows_at(wandering(400)), 1, 1.0, "r.csv");
+  EXPECT_TRUE(even.filled.empty());
+  for (std::size_t k = 0; k < even.columns[1].size(); ++k) {
+    // A row that is within 2 % of a step on the grid keeps its value.
+    EXPECT_NEAR(even.columns[1][k], 2.0 * static_cast<double>(k), 2.0 * 0.02) << k;
+  }
+}
+
+TEST(Resample, AveragesWhatAWanderingClockHeld) {
+  Rows rows = rows_at(wandering(400));
+  for (std::size_t k = 0; k < rows.columns[1].size(); ++k) rows.columns[1][k] = k < 200 ? 0.0 : 1.0;
+  const Resampled even = resample(rows, 1, 1.0, "r.csv");
+  EXPECT_TRUE(even.is_averaged);
+  const double stepped_s = rows.columns[0][200];
+  const auto at = static_cast<std::size_t>(stepped_s);
+  EXPECT_EQ(even.columns[0][at - 1], 0.0);
+  EXPECT_NEAR(even.columns[0][at], static_cast<double>(at + 1) - stepped_s, 1e-9);
+  EXPECT_EQ(even.columns[0][at + 1], 1.0);
+  EXPECT_FALSE(resample(rows_at({0.0, 1.0, 2.2, 3.0, 4.0}), 1, {}, "r.csv").is_averaged) << "one late row";
+}
+
+TEST(Resample, FindsTheMissingRowOfAWanderingClock) {
+  std::vector<double> times = wandering(400);
+  times.erase(times.begin() + 200);
+  const Resampled even = resample(rows_at(times), 1, 1.0, "r.csv");
+  EXPECT_LE(even.filled.size(), 1U) << "if the grid falls between its neighbours";
+  times.erase(times.begin() + 200);
+  EXPECT_GE(resample(rows_at(times), 1, 1.0, "r.csv").filled.size(), 1U);
+}
+
 TEST(Resample, TreatsAMissingValueAsAMissingRow) {
   Rows rows = rows_at({0.0, 1.0, 2.0, 3.0});
   rows.columns[2][2] = kMissing;

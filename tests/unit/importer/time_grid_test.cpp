@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,32 @@ TEST(TimeGrid, NamesTheLineOfAGap) {
             "u.csv:502: a step of 0.002 s in time_s, expected 0.001 s (1 row missing); a record n");
   times.erase(times.begin() + 700, times.begin() + 705);
   EXPECT_EQ(fault_of(times).substr(0, 14), "u.csv:502: a s");
+}
+
+/// Times about an even grid: each row is early or late by up to a third of the step.
+std::vector<std::string> scattered(int rows) {
+  std::vector<std::string> times;
+  for (int k = 0; k < rows; ++k) {
+    times.push_back(fmt::format("{:.4f}", 0.02 * (k + 0.66 * (std::fmod(k * 0.618034 + 0.3, 1.0) - 0.5))));
+  }
+  return times;
+}
+
+TEST(TimeGrid, OffersBothReadingsOfAClockThatScattersAboutAnEvenGrid) {
+  const std::string fault = fault_of(scattered(1000));
+  EXPECT_NE(fault.find("about an even grid of 0.02 s, and no row is missing; if the rows were sampled evenly"),
+            std::string::npos)
+      << fault;
+  EXPECT_NE(fault.find("--period 0.02`; if the times are those of the samples: `"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("--resample`"), std::string::npos) << fault;
+}
+
+TEST(TimeGrid, OffersNoPeriodWhereARowIsMissing) {
+  std::vector<std::string> times = scattered(1000);
+  times.erase(times.begin() + 500);
+  const std::string fault = fault_of(times);
+  EXPECT_EQ(fault.find("--period"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("--resample`"), std::string::npos) << fault;
 }
 
 TEST(TimeGrid, NamesTheLineOfAJitteringRow) {

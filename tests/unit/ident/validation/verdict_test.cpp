@@ -753,6 +753,12 @@ TEST(Verdict, NamesAGapOfTheRecordBeforeWhatItDoesToTheError) {
       reasons.front(),
       "Rows are missing from 42 to 42.29 s, and what the input did there is not known, so that an integrating rod "
       "stands elsewhere afterwards; cut with --to 41.99.");
+  model.transfer_function = {{{1.0, 0.0}}, {{1.0, 1.0}, {1.0, 0.0}}, 0.0};
+  model.estimation->compared_step_s = 0.1;
+  EXPECT_EQ(judge(model, {}).reasons.front(),
+            "Rows are missing from 42 to 42.29 s, and what the input did there is not known, so that the output moves "
+            "otherwise for some time afterwards; cut with --to 41.99.")
+      << "a lag comes to rest again";
 }
 
 }  // namespace
