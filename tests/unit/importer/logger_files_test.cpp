@@ -173,16 +173,22 @@ TEST_F(LoggerFile, OfAClosedLoopIsStillOneAfterItsImport) {
 }
 
 TEST_F(LoggerFile, WithRowsOffAnEvenGridSaysWhatMovingThemCosts) {
-  const auto path = write("jitter.csv", rod_file("Time [s],Valve [V],Rod [mm]\n", [](int k, double u) {
-                            return fmt::format("{:.3f},{:.4f},", 0.01 * k + 0.002 * (k % 2), u);
-                          }));
-  Options options;
-  options.resample = true;
-  const Imported imported = import_record(path, options);
-  ASSERT_FALSE(imported.remarks.empty());
-  EXPECT_NE(imported.remarks.front().find("rows were moved by up to 0.002 s to an even step of 0.01 s"),
+  const auto remark = [&](int every) {
+    const auto path = write("jitter.csv", rod_file("Time [s],Valve [V],Rod [mm]\n", [every](int k, double u) {
+                              return fmt::format("{:.3f},{:.4f},", 0.01 * k + (k % every == 1 ? 0.002 : 0.0), u);
+                            }));
+    Options options;
+    options.resample = true;
+    const Imported imported = import_record(path, options);
+    return imported.remarks.empty() ? "" : imported.remarks.front();
+  };
+  EXPECT_NE(remark(5).find("rows were moved by up to 0.002 s to an even step of 0.01 s"), std::string::npos)
+      << remark(5);
+  EXPECT_NE(remark(2).find("rows were up to 0.002 s off an even step of 0.01 s: as if their times were those of the "
+                           "samples, the output is interpolated, and the input the mean over each step"),
             std::string::npos)
-      << imported.remarks.front();
+      << remark(2);
+  EXPECT_NE(remark(2).find("--period 0.01 takes them so"), std::string::npos) << remark(2);
 }
 
 }  // namespace
