@@ -22,7 +22,8 @@ struct Record {
   Eigen::VectorXd output;  ///< N samples [output_channel.unit]
   Channel input_channel{"voltage", "V"};
   Channel output_channel{"displacement", "in"};
-  /// Rows of which a value was not measured, ascending: the input is held there, the output interpolated.
+  /// Rows of which a value was not measured, ascending. The output is interpolated there; the input is, too, or held in
+  /// a gap.
   std::vector<std::size_t> unmeasured = {};
 };
 

@@ -69,23 +69,6 @@ void name_lone_rows(Source& source) {
                   importer::lone_rows_text(rows, values(record.output), first_s)));
 }
 
-/// Draws a straight line across rows that hold the value of the row before. @param rows  ascending
-void interpolate_input(Eigen::VectorXd& input, const std::vector<std::size_t>& rows) {
-  for (std::size_t i = 0; i < rows.size();) {
-    std::size_t end = i + 1;
-    while (end < rows.size() && rows[end] == rows[end - 1] + 1) ++end;
-    const auto first = static_cast<Eigen::Index>(rows[i]);
-    const auto behind = first + static_cast<Eigen::Index>(end - i);
-    if (first > 0 && behind < input.size()) {
-      const double from = input[first - 1];
-      const double slope = (input[behind] - from) / static_cast<double>(behind - first + 1);
-      for (Eigen::Index row = first; row < behind; ++row)
-        input[row] = from + slope * static_cast<double>(row - first + 1);
-    }
-    i = end;
-  }
-}
-
 }  // namespace
 
 Source load_source(const std::string& name, const std::optional<std::string>& experiment_file,
@@ -99,7 +82,6 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     importer::Imported imported = importer::import_record(name, options, progress);
     source.record = std::move(imported.record);
     source.unmeasured = ident::unmeasured_of(source.record);
-    source.held = std::move(imported.held);
     source.guess = std::move(imported.guess);
     source.remarks = std::move(imported.remarks);
     for (const ident::Channel& channel : {source.record.input_channel, source.record.output_channel}) {
@@ -164,7 +146,6 @@ void take_input_as_straight(Source& source) {
   if (source.record.input.size() < 4) {
     throw DataError(fmt::format("{}: {} rows; --intersample foh needs four", source.name, source.record.input.size()));
   }
-  interpolate_input(source.record.input, source.held);
   source.record = ident::in_parts(source.record, ident::Intersample::straight);
   source.repetition_samples *= ident::kPartsOfARow;
   source.intersample = ident::Intersample::straight;
@@ -178,12 +159,11 @@ std::vector<std::string> warnings(const Source& source) {
   }
   const ident::Unmeasured& unmeasured = source.unmeasured;
   if (unmeasured.rows > 0 && !source.run_folder) {
-    const bool is_straight = source.intersample == ident::Intersample::straight;
     sentences.push_back(
-        fmt::format("{} of {} rows ({:.3g} %) were not measured and count for nothing in fit and tests; where the "
-                    "input is missing it is {}",
-                    unmeasured.rows, unmeasured.of_rows, unmeasured.percent(),
-                    is_straight ? "taken as straight across the gap" : "held"));
+        fmt::format("{} of {} rows ({:.3g} %) were not measured and count for nothing in fit and tests; an input that "
+                    "is missing is "
+                    "taken as straight from row to row, in gaps of {} rows or more as held",
+                    unmeasured.rows, unmeasured.of_rows, unmeasured.percent(), ident::kRowsOfGap));
   } else if (unmeasured.rows > 0) {
     sentences.push_back(
         fmt::format("{} of {} displacements ({:.3g} %) were not measured (late ticks, samples that the device did not "

@@ -29,7 +29,6 @@ struct Source {
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
   ident::Unmeasured unmeasured = {};      ///< of the rows of the run or file
-  std::vector<std::size_t> held = {};     ///< of a file: its rows whose input was not measured
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/time_text.hpp"
 #include "daemon/importer/time_grid.hpp"
+#include "ident/record.hpp"
 
 namespace eha::importer {
 namespace {
@@ -85,7 +86,7 @@ class Resampler {
     report(repeated_, "their time a second time, left out");
     report(filled_, "nothing measured, filled");
     report(output_filled_, "no output measured, it is interpolated; their input is kept");
-    report(input_filled_, "no input measured, it is held; their output is kept");
+    report(input_filled_, "no input measured, it is filled; their output is kept");
     result_.moved_rows = moved_.rows;
     result_.most_moved_s = moved_.most_s;
     report(moved_, fmt::format("up to {:.3g} s off the grid, moved", moved_.most_s));
@@ -226,18 +227,20 @@ class Resampler {
     const bool is_before = at - time_s_[before] <= time_s_[after] - at || after == before;
     Placed placed{.row = is_before ? before : after};
     placed.off_s = std::abs(time_s_[placed.row] - at);
-    const bool is_far = time_s_[after] - time_s_[before] > kNeighbours * result_.step_s;
+    const double span_s = time_s_[after] - time_s_[before];
+    const bool is_far = span_s > kNeighbours * result_.step_s;
+    // A switch somewhere in a short gap is on average a straight line; the row before would move it to the end.
+    const bool is_gap = span_s > (static_cast<double>(ident::kRowsOfGap) + 0.5) * result_.step_s;
     const bool is_filled = is_far && placed.off_s > 0.5 * result_.step_s * (1.0 + kOnGrid);
     const bool is_moved = !is_filled && placed.off_s > kOnGrid * result_.step_s + quantum_s();
     placed.kind = is_filled ? Kind::filled : is_moved ? Kind::moved : Kind::measured;
     const std::vector<double>& value = values(c);
-    if (c < held_) {
+    if (c < held_ && (!is_filled || is_gap)) {
       placed.value = value[is_filled ? before : placed.row];
     } else if (!is_filled && !is_moved) {
       placed.value = value[placed.row];
     } else {
-      const double span = time_s_[after] - time_s_[before];
-      const double weight = span > 0.0 ? std::clamp((at - time_s_[before]) / span, 0.0, 1.0) : 0.0;
+      const double weight = span_s > 0.0 ? std::clamp((at - time_s_[before]) / span_s, 0.0, 1.0) : 0.0;
       placed.value = (1.0 - weight) * value[before] + weight * value[after];
     }
     return placed;
@@ -250,6 +253,7 @@ class Resampler {
     const std::vector<double>& value = values(c);
     std::size_t at = 0;
     for (std::size_t k = 0; k < result_.columns[c].size(); ++k) {
+      if (std::binary_search(result_.held.begin(), result_.held.end(), k)) continue;
       double from_s = result_.start_s + static_cast<double>(k) * result_.step_s;
       const double to_s = from_s + result_.step_s;
       while (at + 1 < rows.size() && time_s_[rows[at + 1]] <= from_s) ++at;
@@ -299,7 +303,7 @@ class Resampler {
         what = fmt::format("no output measured, interpolated in {} row{} whose input is kept", rows, plural);
         break;
       case Kind::input_filled:
-        what = fmt::format("no input measured, held in {} row{} whose output is kept", rows, plural);
+        what = fmt::format("no input measured, filled in {} row{} whose output is kept", rows, plural);
         break;
       case Kind::filled:
       case Kind::measured:

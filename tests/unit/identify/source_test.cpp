@@ -26,8 +26,8 @@ TEST(Warnings, NameRowsOfAFileThatWereNotMeasured) {
   const auto sentences = warnings(source);
   ASSERT_EQ(sentences.size(), 1U);
   EXPECT_EQ(sentences[0],
-            "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests; where the input is "
-            "missing it is held");
+            "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests; an input that is "
+            "missing is taken as straight from row to row, in gaps of 5 rows or more as held");
 }
 
 TEST(Warnings, NameAnEndBeforeTime) {

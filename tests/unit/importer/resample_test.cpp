@@ -35,9 +35,15 @@ TEST(Resample, LeavesAnEvenRecordAsItIs) {
   EXPECT_TRUE(even.repairs.empty());
 }
 
-TEST(Resample, HoldsTheInputAndInterpolatesTheOutputInAGap) {
+TEST(Resample, HoldsTheInputInALongGap) {
+  const Resampled even = resample(rows_at({0.0, 1.0, 2.0, 8.0, 9.0, 10.0}), 1, {}, "r.csv");
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 20.0, 20.0, 20.0, 20.0, 20.0, 80.0, 90.0, 100.0}));
+  EXPECT_DOUBLE_EQ(even.columns[1][5], 10.0);
+}
+
+TEST(Resample, InterpolatesInputAndOutputInAShortGap) {
   const Resampled even = resample(rows_at({0.0, 1.0, 2.0, 5.0, 6.0, 7.0}), 1, {}, "r.csv");
-  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 20.0, 20.0, 50.0, 60.0, 70.0}));
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0}));
   EXPECT_EQ(even.columns[1], (std::vector<double>{0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0}));
   EXPECT_EQ(even.filled, (std::vector<std::size_t>{3, 4}));
   ASSERT_EQ(even.repairs.size(), 1U);
@@ -145,12 +151,12 @@ TEST(Resample, KeepsTheOutputOfARowWhoseInputIsMissing) {
   rows.columns[1][2] = kMissing;
   rows.columns[2][2] = 7.0;
   const Resampled even = resample(rows, 1, {}, "r.csv");
-  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 10.0, 30.0, 40.0}));
+  EXPECT_EQ(even.columns[0], (std::vector<double>{0.0, 10.0, 20.0, 30.0, 40.0}));
   EXPECT_DOUBLE_EQ(even.columns[1][2], 7.0);
   EXPECT_EQ(even.filled, (std::vector<std::size_t>{2}));
   EXPECT_EQ(even.held, (std::vector<std::size_t>{2}));
   ASSERT_EQ(even.repairs.size(), 1U);
-  EXPECT_NE(even.repairs[0].find("at 2 s: no input measured, held in 1 row whose output is kept"), std::string::npos)
+  EXPECT_NE(even.repairs[0].find("at 2 s: no input measured, filled in 1 row whose output is kept"), std::string::npos)
       << even.repairs[0];
 }
 
