@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "ident/fractional/stability.hpp"
 #include "ident/signal/held_levels.hpp"
@@ -40,6 +41,50 @@ double repetitions(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const auto same = static_cast<double>((input.head(rows).array() == input.tail(rows).array()).count());
   return same < kSameRows * static_cast<double>(rows) ? 1.0
                                                       : static_cast<double>(input.size()) / static_cast<double>(period);
+}
+
+/// A gap of the record with a straight line as its input.
+struct Line {
+  Eigen::Index first = 0;
+  Eigen::Index rows = 0;
+  double change = 0.0;  ///< across it
+};
+
+std::vector<Line> lines_across_gaps(const Record& record) {
+  const Eigen::VectorXd& input = record.input;
+  const std::vector<std::size_t>& unmeasured = record.unmeasured;
+  const double same = kSame * (input.maxCoeff() - input.minCoeff());
+  std::vector<Line> lines;
+  for (std::size_t i = 0; i < unmeasured.size();) {
+    std::size_t end = i + 1;
+    while (end < unmeasured.size() && unmeasured[end] == unmeasured[end - 1] + 1) ++end;
+    const auto first = static_cast<Eigen::Index>(unmeasured[i]);
+    const auto rows = static_cast<Eigen::Index>(end - i);
+    i = end;
+    if (first == 0 || first + rows >= input.size()) continue;
+    const double from = input[first - 1];
+    const double change = input[first + rows] - from;
+    // An input that was measured lies on no line but one that does not rise.
+    const Eigen::ArrayXd line = Eigen::ArrayXd::LinSpaced(rows + 2, from, from + change).segment(1, rows);
+    const bool is_line = (input.segment(first, rows).array() - line).abs().maxCoeff() <= same;
+    if (is_line && std::abs(change) > same) lines.push_back({first, rows, change});
+  }
+  return lines;
+}
+
+/// How far a line across one measured row errs, over half the change across it; at most 1, as of a staircase.
+double error_of_lines(const Record& record) {
+  const Eigen::VectorXd& u = record.input;
+  const Eigen::Index rows = u.size() - 2;
+  if (rows < 1) return 0.0;
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(u.size());
+  for (const std::size_t row : record.unmeasured) weights[static_cast<Eigen::Index>(row)] = 0.0;
+  const Eigen::ArrayXd known =
+      weights.head(rows).array() * weights.segment(1, rows).array() * weights.tail(rows).array();
+  const Eigen::ArrayXd half = 0.5 * (u.tail(rows) - u.head(rows)).array();
+  const Eigen::ArrayXd error = (u.segment(1, rows) - 0.5 * (u.tail(rows) + u.head(rows))).array();
+  const double changes = (known * half.square()).sum();
+  return changes > 0.0 ? std::min(1.0, std::sqrt((known * error.square()).sum() / changes)) : 0.0;
 }
 
 }  // namespace
@@ -94,6 +139,34 @@ Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen
   if (grows(model.transfer_function) || levels == input) return Eigen::MatrixXd(rows, 0);
   const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
   return outputs.response(model.transfer_function, through_map(input) - through_map(levels)).tail(rows);
+}
+
+Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
+                                 const Eigen::Ref<const Eigen::VectorXd>& residual) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
+  const Record& record = outputs.record();
+  Eigen::MatrixXd found(rows, 0);
+  if (record.unmeasured.empty() || rows < 2 || residual.size() < rows || grows(model.transfer_function)) return found;
+  std::vector<Line> lines = lines_across_gaps(record);
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const Line& a, const Line& b) { return std::abs(a.change) > std::abs(b.change); });
+  const double error = error_of_lines(record);
+  const double noise = white_variance(residual.tail(rows));
+  const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
+  const Eigen::VectorXd driven = through_map(record.input);
+  for (const Line& line : lines) {
+    if (found.cols() == kMostColumns) break;
+    Eigen::VectorXd other = record.input;
+    for (Eigen::Index k = 0; k < line.rows; ++k) {
+      const double share = static_cast<double>(k + 1) / static_cast<double>(line.rows + 1);
+      other[line.first + k] += error * std::sqrt(share * (1.0 - share)) * line.change;
+    }
+    const Eigen::VectorXd column = outputs.response(model.transfer_function, through_map(other) - driven).tail(rows);
+    if (!(column.squaredNorm() >= kLeastEnergy * noise)) continue;
+    found.conservativeResize(Eigen::NoChange, found.cols() + 1);
+    found.rightCols<1>() = column;
+  }
+  return found;
 }
 
 }  // namespace eha::ident

@@ -32,4 +32,14 @@ namespace eha::ident {
 /// Cost: a simulation.
 [[nodiscard]] Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first);
 
+/// What a switch of the input may leave in the output that lies elsewhere in a gap than the straight line drawn across
+/// it: for each gap of the record whose input is such a line G times a pulse there, of the standard deviation of a
+/// switch at any of its rows, sqrt(p (1 - p)) of the change at the share p of the gap. It is as much smaller as a line
+/// across one row errs less where the input was measured.
+/// @param residual  as of rounding_walk(); the largest columns, at most 64, of more than a tenth of its noise
+/// @returns rows by m; m is 0 where the model grows or no gap matters
+/// Cost: a simulation a column.
+[[nodiscard]] Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
+                                               const Eigen::Ref<const Eigen::VectorXd>& residual);
+
 }  // namespace eha::ident

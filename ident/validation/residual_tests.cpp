@@ -308,8 +308,9 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
   const Eigen::MatrixXd rounding = rounding_walk(model, outputs, begin, residual);
   const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
-  part.input_error.resize(rows, rounding.cols() + noise.cols());
-  part.input_error << rounding, noise;
+  const Eigen::MatrixXd switches = guessed_switches(model, outputs, begin, residual);
+  part.input_error.resize(rows, rounding.cols() + noise.cols() + switches.cols());
+  part.input_error << rounding, noise, switches;
   // The lags are those of the record, whichever of its rows are left.
   const MeasuredRows kept = outputs.measured_rows().from(begin);
   part.residual = kept.of(part.residual);
