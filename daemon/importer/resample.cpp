@@ -139,7 +139,7 @@ class Resampler {
     }
   }
 
-  /// Mean of the steps that are no gap.
+  /// Mean of the steps that are no gap; where there is none, of all rows together.
   [[nodiscard]] double typical_step() {
     std::vector<double> steps;
     steps.reserve(timed_.size() - 1);
@@ -147,14 +147,30 @@ class Resampler {
     const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
     std::nth_element(steps.begin(), middle, steps.end());
     const double median = *middle;
+    // To both sides alike, so that the scatter of a clock leaves the mean where it is.
+    constexpr double kOther = 0.75;  // of the median, off it: a row is missing, or one too many
     double sum = 0.0;
     std::size_t count = 0;
     for (const double step : steps) {
-      if (step > 1.5 * median) continue;
+      if (std::abs(step - median) > kOther * median) continue;
       sum += step;
       ++count;
     }
+    if (count == steps.size()) return slope();
     return count == 0 ? median : sum / static_cast<double>(count);
+  }
+
+  /// Of the times by the rows, by least squares: the first and the last time scatter as the others do.
+  [[nodiscard]] double slope() const {
+    const double middle = 0.5 * static_cast<double>(timed_.size() - 1);
+    double rise = 0.0;
+    double power = 0.0;
+    for (std::size_t i = 0; i < timed_.size(); ++i) {
+      const double place = static_cast<double>(i) - middle;
+      rise += place * (time(i) - time(0));
+      power += place * place;
+    }
+    return rise / power;
   }
 
   [[nodiscard]] double round_step(double typical_s) const {

@@ -98,6 +98,16 @@ TEST(Resample, AveragesWhatAWanderingClockHeld) {
   EXPECT_FALSE(resample(rows_at({0.0, 1.0, 2.2, 3.0, 4.0}), 1, {}, "r.csv").is_averaged) << "one late row";
 }
 
+TEST(Resample, FindsTheStepOfAClockThatScatters) {
+  std::vector<double> times;
+  for (int k = 0; k < 1000; ++k) {
+    const double along = std::fmod(k * 0.618034, 1.0);
+    const double other = std::fmod(k * 0.414214, 1.0);
+    times.push_back(k + 0.4 * (along - 0.5) + 0.4 * (other - 0.5));
+  }
+  EXPECT_DOUBLE_EQ(resample(rows_at(times), 1, {}, "r.csv").step_s, 1.0);
+}
+
 TEST(Resample, FindsTheMissingRowOfAWanderingClock) {
   std::vector<double> times = wandering(400);
   times.erase(times.begin() + 200);
