@@ -28,9 +28,9 @@ struct Resampled {
 /// rows at most 1.5 steps apart, takes the nearest (an input is held, so a late time stamp does not change it), and the
 /// output interpolated linearly at the grid point. Where one of the two was not measured that near, the point is
 /// `filled`: a missing output is interpolated, a missing input too, or held in a gap of ident::kRowsOfGap rows or more,
-/// and the other one stays as measured. If more than three tenths of the rows are off the grid, a held value is the mean
-/// over its step of what was held from row to row. Of rows of one time the later ones give what the first one lacks, and
-/// are left out. The grid lies within the measured times of every column.
+/// and the other one stays as measured. If more than three tenths of the rows are off the grid, a held value is the
+/// mean over its step of what was held from row to row. Of rows of one time the later ones give what the first one
+/// lacks, and are left out. The grid lies within the measured times of every column.
 /// @param rows       columns: time [s], then held values (the input), then interpolated ones; NaN where missing
 /// @param held       how many columns after the time are held
 /// @param period_s   the step; none: the roundest number that the typical step allows
