@@ -118,7 +118,7 @@ std::string records_table(const Table& table) {
     for (const NotCompared& one : left_out) {
       if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
     }
-    RowFigures figures = figures_of(row);
+    RowFigures figures = row.figures;
     rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), std::move(figures.fit_percent),
                     std::move(figures.error), std::move(figures.form), names_apart(row), std::move(missing)});
   }

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/terminal_text.hpp"
+#include "daemon/batch/table_text.hpp"
 #include "daemon/record/csv_field.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
@@ -349,6 +350,7 @@ Table table_of(const BatchFolder& folder) {
       if (row.judged) {
         row.fit = essence_of(result->fit);
         row.recommended = recommended_in(row.fit);
+        row.figures = figures_of(result->fit, row.recommended);
         ++table.judged;
       } else {
         row.reason = last_line(result->message);

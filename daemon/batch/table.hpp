@@ -26,6 +26,13 @@ struct Outlier {
   std::string unit = {};    ///< empty for a ratio or an order
 };
 
+/// Figures of a record's recommended model; empty without one.
+struct RowFigures {
+  std::string fit_percent;  ///< on unseen data
+  std::string error;        ///< greatest on unseen data, with its unit
+  std::string form;         ///< "K = 0.148 in/(V s), integrating; T = 0.0056 s"
+};
+
 /// One record in the table.
 struct Row {
   Record record;
@@ -36,6 +43,7 @@ struct Row {
   std::string recommended;                 ///< model; "none" without one
   std::vector<Outlier> outliers;           ///< of the table's common model
   std::vector<std::string> warnings = {};  ///< of `eha fit`, one sentence each
+  RowFigures figures = {};
 };
 
 /// A parameter that rises or falls with the order of the records.

@@ -76,13 +76,13 @@ std::string instead_text(const Row& row, const std::string& common_model) {
   return ident::map_instead(changed, has_map);
 }
 
-RowFigures figures_of(const Row& row) {
+RowFigures figures_of(const Json& fit, const std::string& recommended) {
   RowFigures figures;
-  if (!row.fit.is_object()) return figures;
-  for (const Json& found : row.fit.value("models", Json::array())) {
-    if (found.at("name") != row.recommended || !found.contains("validation")) continue;
+  if (!fit.is_object()) return figures;
+  for (const Json& found : fit.value("models", Json::array())) {
+    if (found.at("name") != recommended || !found.contains("validation")) continue;
     try {
-      const ident::Model model = ident::model_from_text(found.dump(), row.record.id);
+      const ident::Model model = ident::model_from_text(found.dump(), recommended);
       const ident::Score& score = model.validation.value().score;
       figures.fit_percent = fmt::format("{:.1f}", score.fit_percent);
       figures.error =

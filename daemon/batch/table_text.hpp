@@ -27,13 +27,8 @@ namespace eha::batch {
 /// Why no model is recommended, as `eha fit` says; empty where one is.
 [[nodiscard]] std::string why_none(const Row& row);
 
-/// Figures of a record's recommended model; empty where it has none.
-struct RowFigures {
-  std::string fit_percent;  ///< on unseen data
-  std::string error;        ///< greatest on unseen data, with its unit
-  std::string form;         ///< "K = 0.148 in/(V s), integrating; T = 0.0056 s"
-};
-[[nodiscard]] RowFigures figures_of(const Row& row);
+/// Figures of the recommended model of a fit; empty without one. @param fit  models as `eha fit --json` gives them
+[[nodiscard]] RowFigures figures_of(const nlohmann::ordered_json& fit, const std::string& recommended);
 
 /// "dead_band 0.05 V (furthest: 0.209 V in 0005-e, median 0.15 V)", for each parameter, separated by "; ". Empty
 /// without any.

@@ -152,7 +152,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   for (const batch::Row& row : table.rows) {
     if (row.judged) {
       if (rows.size() < kMostRowsShown) {
-        batch::RowFigures figures = batch::figures_of(row);
+        batch::RowFigures figures = row.figures;
         rows.push_back({row.record.id, row.recommended, batch::grade_of(row), std::move(figures.fit_percent),
                         std::move(figures.error), std::move(figures.form)});
       }

@@ -173,6 +173,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
                              f.bound == track::Bound::least, f.is_lower_bound});
   }
   trial.changes = track::changes_of(result, unit);
+  if (result.is_kept() && !trial.changes.empty()) trial.after_changes = track::kChangedAndKept;
   subject.unit = unit;
   trial.trace = trace_of(result);
   return tune::controller_page(subject);

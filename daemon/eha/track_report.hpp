@@ -31,7 +31,7 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console&
 /// Writes the controller's page with the results of the run.
 /// @param title  of the page   @param lead_html  first part of the page
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
-                                      const std::string& title = "Controller", const std::string& lead_html = {});
+                                      const std::string& title = {}, const std::string& lead_html = {});
 
 /// Reports a trial that a fault ended: the promise is not kept. Prints the valve that the rod's motion shows until
 /// then, and writes it to track.json.

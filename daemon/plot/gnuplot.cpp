@@ -168,6 +168,14 @@ std::string as_element(std::string svg, std::size_t number, const std::string& t
   const std::size_t box = svg.find("viewBox=\"", begin);
   const std::string view_box = box < body ? svg.substr(box, svg.find('"', box + 9) + 1 - box) : std::string();
   std::string element = svg.substr(body, end - body);
+  // A browser shows them under the pointer: "gnuplot_plot_1a".
+  constexpr std::string_view kOwnTitle = "<title>gnuplot_plot_";
+  constexpr std::string_view kTitleEnd = "</title>";
+  for (std::size_t at = element.find(kOwnTitle); at != std::string::npos; at = element.find(kOwnTitle, at)) {
+    const std::size_t after = element.find(kTitleEnd, at);
+    if (after == std::string::npos) break;
+    element.erase(at, after + kTitleEnd.size() - at);
+  }
   // gnuplot gives every picture the same ids and leaves lines at every blank.
   const std::string prefix = fmt::format("f{}-", number);
   for (const char* quote : {"\"", "'"}) {

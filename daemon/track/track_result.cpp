@@ -395,7 +395,9 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
         unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
         unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
   }
-  for (const std::string& change : changes_of(result, unit)) text += fmt::format("The moving rod shows: {}.\n", change);
+  const std::vector<std::string> changes = changes_of(result, unit);
+  for (const std::string& change : changes) text += fmt::format("The moving rod shows: {}.\n", change);
+  if (result.is_kept() && !changes.empty()) text += fmt::format("{}\n", kChangedAndKept);
   const std::string summary = kept_text(result);
   text += result.is_kept() ? fmt::format("{}: nothing breaks the promise; {}.\n", result.controller.name, summary)
                            : fmt::format(

@@ -101,6 +101,11 @@ struct TrackResult {
 /// Compares the valve that the rod's motion shows with the controller's, a phrase each.
 [[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
 
+/// What follows from such changes where the promise is kept.
+inline constexpr const char* kChangedAndKept =
+    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: with `eha "
+    "characterise`, then `eha tune` with its sheet, the controller has the new numbers.";
+
 /// The same for a trial that ended early; nothing if the rod moved too little.
 /// @throws DataError, IoError, PermissionError  as track_result()
 [[nodiscard]] std::vector<std::string> changes_until_fault(const record::OpenRun& run, const DisplayUnit& unit);

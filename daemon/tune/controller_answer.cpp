@@ -142,6 +142,7 @@ std::string answer_box(const ControllerSubject& subject) {
   if (subject.measured) {
     for (const std::string& change : subject.measured->changes)
       shows.push_back("The moving rod shows: " + change + ".");
+    if (!subject.measured->after_changes.empty()) shows.push_back(subject.measured->after_changes);
   }
   if (!not_kept.empty()) {
     return fmt::format(

@@ -416,7 +416,10 @@ report::Page controller_page(const ControllerSubject& subject) {
                                                    {"twin", c.provenance.twin},
                                                    {"made by", c.provenance.made_by}})});
   sections.insert(sections.end(), {promise, plots, loop, settings});
-  return report::assembled(subject.title, lead, sections);
+  const std::string title =
+      subject.title.empty() ? fmt::format("{} \"{}\"", subject.measured ? "Trial of controller" : "Controller", c.name)
+                            : subject.title;
+  return report::assembled(title, lead, sections);
 }
 
 }  // namespace eha::tune

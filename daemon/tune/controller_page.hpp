@@ -29,6 +29,7 @@ struct MeasuredTrial {
   std::string run;
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
+  std::string after_changes = {};    ///< what follows from them, a sentence; may be empty
   TrialTrace trace;
 };
 
@@ -40,7 +41,7 @@ struct ControllerSubject {
   std::string why_without_plots = {};     ///< names the missing or changed file, and the command to type
   std::optional<MeasuredTrial> measured = {};
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
-  std::string title = "Controller";
+  std::string title = {};                ///< empty: by the controller's name
   std::string lead_html = {};            ///< first part of the page
   std::vector<ComparedKind> kinds = {};  ///< none: the file does not store them
 };
