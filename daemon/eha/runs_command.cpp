@@ -66,7 +66,7 @@ std::string verdict_of(const record::RunSummary& run) {
     }
     if (model.accepted) accepted.push_back(model.name);
   }
-  return accepted.empty() ? "all rejected" : fmt::format("none recommended; accepted: {}", fmt::join(accepted, ", "));
+  return accepted.empty() ? "none accepted" : fmt::format("none recommended; accepted: {}", fmt::join(accepted, ", "));
 }
 
 /// Writes the end of the loop and its counters.

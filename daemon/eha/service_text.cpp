@@ -29,7 +29,7 @@ std::string verdict_text(const Json& entry) {
   if (!accepted.empty()) {
     text += fmt::format(", accepted: {}", fmt::join(accepted, ", "));
   } else if (!entry.value("models", Json::array()).empty()) {
-    text += ", all rejected";
+    text += ", none accepted";
   }
   const std::string note = entry.value("note", "");
   // "interrupted by a stop request" needs no "interrupted" before it.
@@ -122,7 +122,7 @@ std::string short_text(const Json& entry) {
   const auto accepted =
       std::count_if(models.begin(), models.end(), [](const Json& model) { return model.value("accepted", false); });
   if (!note.empty() || models.empty()) return verdict_text(entry);
-  return accepted > 0 ? fmt::format("{}, {} accepted", outcome, accepted) : outcome + ", all rejected";
+  return accepted > 0 ? fmt::format("{}, {} accepted", outcome, accepted) : outcome + ", none accepted";
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ function recommendation(run, isFitted) {
   if (run.recommended) {
     return make('span', { class: `grade ${run.grade}` }, `${kSigns[run.grade] ?? ''} recommended: ${run.recommended} (${run.grade})`);
   }
-  if (run.grade === 'rejected') return make('span', { class: 'grade rejected' }, `${kSigns.rejected} all rejected`);
+  if (run.grade === 'rejected') return make('span', { class: 'grade rejected' }, `${kSigns.rejected} none accepted`);
   return make('span', { class: 'grade' }, 'not fitted');
 }
 
