@@ -29,6 +29,7 @@ struct Source {
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
   ident::Unmeasured unmeasured = {};      ///< of the rows of the run or file
+  std::size_t without_input = 0;          ///< of a file: of these, the rows whose input was not measured
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig

@@ -25,9 +25,12 @@ TEST(Warnings, NameRowsOfAFileThatWereNotMeasured) {
   source.unmeasured = {.rows = 3, .in_gaps = 0, .of_rows = 2000};
   const auto sentences = warnings(source);
   ASSERT_EQ(sentences.size(), 1U);
-  EXPECT_EQ(sentences[0],
-            "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests; an input that is "
-            "missing is taken as straight from row to row, in gaps of 5 rows or more as held");
+  EXPECT_EQ(sentences[0], "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests");
+  source.without_input = 2;
+  EXPECT_EQ(warnings(source)[0],
+            sentences[0] +
+                "; in 2 the input is missing: it is taken as straight from row to row, in gaps of 5 rows or more as "
+                "held, and where it switched there, the figures are less exact than their intervals say");
 }
 
 TEST(Warnings, NameAnEndBeforeTime) {
