@@ -191,7 +191,7 @@ void refuse_time_without_unit(const Rows& rows, const Column& time, const std::f
   constexpr std::size_t kFewRows = 50;  // typed by hand
   constexpr double kLongestStep_s = 0.5;
   const std::vector<double>& times = rows.columns.front();
-  if (time.is_clock || !time.unit.empty() || times.size() < kFewRows) return;
+  if (time.is_clock || !time.unit.empty() || times.size() < kFewRows || epoch_unit_s(time)) return;
   std::vector<double> steps(times.size() - 1);
   for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = times[k + 1] - times[k];
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);

@@ -306,7 +306,8 @@ class Finder {
   }
 
   [[nodiscard]] bool is_unit_assumed(const Roles& roles) const {
-    return roles.time && !columns_[*roles.time].is_clock && columns_[*roles.time].unit.empty();
+    return roles.time && !columns_[*roles.time].is_clock && columns_[*roles.time].unit.empty() &&
+           !epoch_unit_s(columns_[*roles.time]);
   }
 
   /// Of channels with a time each the one that stands before a column.
@@ -441,8 +442,23 @@ Roles find_input(Table& table, const std::filesystem::path& path, const Options&
   return Finder(table, path, options).input(unit);
 }
 
+std::optional<double> epoch_unit_s(const Column& time) {
+  // A counter of an uptime may reach the same size, but its rows would lie hours apart.
+  constexpr double kFrom_s = 1e9;  // 2001
+  constexpr double kTo_s = 4.1e9;  // 2099
+  constexpr double kLongestStep_s = 600.0;
+  if (time.is_clock || !time.unit.empty() || time.sample.size() < 2) return std::nullopt;
+  const double step = (time.sample.back() - time.sample.front()) / static_cast<double>(time.sample.size() - 1);
+  for (const double unit_s : {1.0, 1e-3, 1e-6, 1e-9}) {
+    const double at_s = time.sample.front() * unit_s;
+    if (at_s > kFrom_s && at_s < kTo_s && std::abs(step) * unit_s < kLongestStep_s) return unit_s;
+  }
+  return std::nullopt;
+}
+
 double time_unit_s(const Column& time, const std::filesystem::path& path, const Options& options) {
-  if (time.is_clock || time.unit.empty()) return 1.0;
+  if (time.is_clock) return 1.0;
+  if (time.unit.empty()) return epoch_unit_s(time).value_or(1.0);
   if (const auto seconds = seconds_in(time.unit)) return *seconds;
   throw DataError(fmt::format(
       "{}: the time column \"{}\" is in {}, which is no unit of time; with the sample period in seconds: `{}`",

@@ -65,6 +65,9 @@ inline constexpr std::string_view kFilledColumn = "filled";
 [[nodiscard]] Roles find_input(Table& table, const std::filesystem::path& path, const Options& options,
                                const std::string& unit);
 
+/// Seconds in one unit of a time column without a unit whose values count from 1970; none where they do not.
+[[nodiscard]] std::optional<double> epoch_unit_s(const Column& time);
+
 /// Seconds in one unit of the time column. @throws DataError  its unit is none of time
 [[nodiscard]] double time_unit_s(const Column& time, const std::filesystem::path& path, const Options& options);
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/roles.hpp"
+
 #include <gtest/gtest.h>
 
 #include <string>
@@ -128,6 +130,20 @@ TEST(ExampleOfAQuestion, TakesANamelessColumnThatIsHeldForTheInput) {
   const std::string refusal =
       columns_of("1,0.0,23.9,0,0.1\n2,0.1,24.1,0,0.2\n3,0.2,24.0,5,0.1\n4,0.3,23.8,5,0.9\n5,0.4,24.2,5,1.7\n");
   EXPECT_NE(refusal.find("--input 4 --output 5`"), std::string::npos) << refusal;
+}
+
+TEST(EpochTimes, AreInTheUnitInWhichTheyLieInThisCentury) {
+  const auto unit_of_column = [](double from, double step) {
+    Column time;
+    for (int k = 0; k < 5; ++k) time.sample.push_back(from + k * step);
+    return epoch_unit_s(time);
+  };
+  EXPECT_EQ(unit_of_column(1795764000.0, 0.05), 1.0);
+  EXPECT_EQ(unit_of_column(1795764000006.0, 50.0), 1e-3);
+  EXPECT_EQ(unit_of_column(1795764000006000.0, 50e3), 1e-6);
+  EXPECT_EQ(unit_of_column(1795764000006000000.0, 50e6), 1e-9);
+  EXPECT_FALSE(unit_of_column(1795764000.0, 20e3));  // microseconds since the start of the machine
+  EXPECT_FALSE(unit_of_column(0.0, 0.05));
 }
 
 TEST(Command, HasEachOptionOnce) {
