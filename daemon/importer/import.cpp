@@ -140,9 +140,13 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
   if (even.is_averaged) {
     return fmt::format(
         "{} of {} rows were up to {:.3g} s off an even step of {:.6g} s: as if their times were those of the samples, "
-        "the output is interpolated, and the input the mean over each step of what was held; if the rows were sampled "
-        "evenly and only the clock is uneven, --period {:.6g} takes them so",
-        even.moved_rows, rows, even.most_moved_s, even.step_s, even.step_s);
+        "the output is interpolated, and the input the mean over each step of what was held{}",
+        even.moved_rows, rows, even.most_moved_s, even.step_s,
+        // Where rows are missing it would shorten the record.
+        even.filled.empty() ? fmt::format("; if the rows were sampled evenly and only the clock is uneven, --period "
+                                          "{:.6g} takes them so",
+                                          even.step_s)
+                            : std::string());
   }
   return fmt::format(
       "{} of {} rows were moved by up to {:.3g} s to an even step of {:.6g} s: the input takes effect by as much "

@@ -290,43 +290,30 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
   return text;
 }
 
+/// The first reason of a verdict, with what to do. Precondition: it has reasons.
+std::string first_whole_reason(const Model& model) {
+  std::string reason = model.verdict->reasons.front();
+  if (reason.ends_with('.')) reason.pop_back();
+  return reason;
+}
+
 /// What lies in the record, and holds for every model of it, with what to do; empty without such a thing.
 std::string cause_in_record(const Models& all) {
-  const auto whole = [](const Model& model) {
-    std::string reason = model.verdict->reasons.front();
-    if (reason.ends_with('.')) reason.pop_back();
-    return reason;
-  };
   const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
   for (const Model* model : all) {
     const bool is_frozen = model->verdict && error_cause(*model, *model->verdict) == ErrorCause::frozen;
     const bool is_at_stop = model->validation && model->validation->end_stop;
-    if (has_reason(*model) && (is_frozen || is_at_stop)) return whole(*model);
+    if (has_reason(*model) && (is_frozen || is_at_stop)) return first_whole_reason(*model);
   }
   const Model& nearest = *all.front();
   const bool is_drift = has_reason(nearest) && wanders(nearest, *nearest.verdict) &&
                         error_cause(nearest, *nearest.verdict) == ErrorCause::drift;
-  return is_drift ? whole(nearest) : std::string();
+  return is_drift ? first_whole_reason(nearest) : std::string();
 }
 
 /// The word of a model that was not accepted, where none is picked; as in every table.
 std::string_view word_of(const Model& model) {
   return model.verdict ? verdict_word(*model.verdict) : text(Grade::rejected);
-}
-
-/// Why none of the identified models is picked.
-std::string none_picked(const Models& order, const Models& all) {
-  const Model& best_identified = *order.front();
-  if (!is_accepted(best_identified)) {
-    return fmt::format("{}, the best of the identified ones, is {}: {}", best_identified.name, word_of(best_identified),
-                       first_reason(best_identified));
-  }
-  const Model* integer = best(all, false);
-  if (integer == nullptr)
-    return fmt::format("{} is accepted, but {}", best_identified.name, held_back_by(all, best_identified));
-  return fmt::format("{} is accepted, but {} of AR-BIC on every model of integer order, and {} is {}: {}",
-                     best_identified.name, held_back_by(all, best_identified), integer->name, word_of(*integer),
-                     first_reason(*integer));
 }
 
 /// Why an accepted model is not recommended where none is. @param all  that are compared, the least AR-BIC first
@@ -335,7 +322,12 @@ std::string why_not(const Model& model, const Models& all, const Models& order) 
   if (std::find(order.begin(), order.end(), &model) == order.end()) {
     return "by the part of the record that estimated it alone it is rejected";
   }
-  if (!may_be_picked(all, model)) return "on a model of integer order, in AR-BIC, " + held_back_by(all, model);
+  if (takes_in_a_drift(model)) return "it takes a drift for the plant";
+  if (!may_be_picked(all, model)) {
+    return is_whole_in_effect(model)
+               ? std::string("its estimated orders are whole for any use")
+               : std::string("its estimated orders gain too little (AR-BIC) on a model of integer order");
+  }
   return "another one errs less than half as much on the unseen part, and may not be recommended itself";
 }
 
@@ -368,6 +360,49 @@ const Model* surpassing(const Models& order, const Model& model) {
                    model.validation->score.mse;
   });
   return found == order.end() ? nullptr : *found;
+}
+
+/// ", and beside the drift the plant is about K = 1.79 V/V, T = 0.492 s"; empty where that is not known.
+std::string plant_beside_the_drift(const Model& drifting) {
+  const auto beside = without_slow_pair(drifting);
+  std::string form = beside ? engineering_form(*beside) : "";
+  // A semicolon ends the part of a reason that the short answer shows.
+  for (std::size_t at = form.find(';'); at != std::string::npos; at = form.find(';')) form[at] = ',';
+  return form.empty() ? form : ", and beside the drift the plant is about " + form;
+}
+
+/// The accepted model that surpasses others by taking in a drift, for which it may not be picked; null without one.
+const Model* surpassing_by_a_drift(const Models& order) {
+  for (const Model* model : order) {
+    const Model* better = is_accepted(*model) ? surpassing(order, *model) : nullptr;
+    if (better != nullptr && takes_in_a_drift(*better)) return better;
+  }
+  return nullptr;
+}
+
+/// Why none of the identified models is picked.
+std::string none_picked(const Models& order, const Models& all) {
+  const Model& best_identified = *order.front();
+  if (!is_accepted(best_identified)) {
+    return fmt::format("{}, the best of the identified ones, is {}: {}", best_identified.name, word_of(best_identified),
+                       first_reason(best_identified));
+  }
+  if (const Model* drifting = surpassing_by_a_drift(order)) {
+    return fmt::format(
+        "the output drifts: {}, which takes that in, errs less than half as much as the others{}; the sensor, the "
+        "supply "
+        "or the temperature may have drifted: check them, and record again",
+        drifting->name, plant_beside_the_drift(*drifting));
+  }
+  if (may_be_picked(all, best_identified)) {
+    return fmt::format("{} is accepted, but {}", best_identified.name, why_not(best_identified, all, order));
+  }
+  const Model* integer = best(all, false);
+  if (integer == nullptr)
+    return fmt::format("{} is accepted, but {}", best_identified.name, held_back_by(all, best_identified));
+  return fmt::format("{} is accepted, but {} of AR-BIC on every model of integer order, and {} is {}: {}",
+                     best_identified.name, held_back_by(all, best_identified), integer->name, word_of(*integer),
+                     first_reason(*integer));
 }
 
 /// The first of the models that is not the picked one; null without one. One that is far worse tells nothing of the
