@@ -174,9 +174,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (run.bent_map) {
       const std::string bent = fmt::format(
           "on {} the rod moves within the dead band, as where oil leaks past the piston: null and dead band of that "
-          "fit "
-          "may be up to {:.2g} {} off the valve's, so that a leak alone explains their change and the valve may be the "
-          "same; `eha characterise` of the rig shows the drift inside the dead band, and the valve's own null",
+          "fit may be up to {:.2g} {} off the valve's, so that a leak alone explains their change and the valve may be "
+          "the same; `eha characterise` of the rig shows the drift inside the dead band, and the valve's own null",
           titles[run.bent_map->is_first ? 0 : i], run.bent_map->shift, model.input_unit);
       found += "  " + bent + "\n";
       out.findings.sentences.push_back(capitalised(bent) + ".");

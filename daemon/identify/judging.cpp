@@ -39,7 +39,8 @@ bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
   if (cut.keeps_all() || !model.validation) return false;
   const auto& stop = model.validation->end_stop;
   const auto& jump = model.validation->jump;
-  return (stop || jump) && (!stop || !cut.keeps(stop->from_s)) && (!jump || !cut.keeps(jump->time_s));
+  const bool is_clipped = model.validation->saturated_percent.value_or(0.0) > ident::kFarSaturated_percent;
+  return (stop || jump || is_clipped) && (!stop || !cut.keeps(stop->from_s)) && (!jump || !cut.keeps(jump->time_s));
 }
 
 }  // namespace

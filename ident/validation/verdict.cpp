@@ -28,7 +28,6 @@ constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's t
 constexpr double kLeastGainRatio = -0.05;
 constexpr double kMostExtrapolated_percent = 5.0;
 constexpr double kMostSaturated_percent = 1.0;
-constexpr double kFarSaturated_percent = 5.0;  // from which on the parameters are those of the stop as well
 constexpr double kNoticedChance = 0.5;
 
 constexpr double kLongestPair = 1.0;  // records

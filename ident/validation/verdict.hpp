@@ -134,6 +134,9 @@ inline constexpr std::string_view kAgainstNoise =
 /// A model describes a record as well as another if its rms error is at most this many times the other's.
 inline constexpr double kAsWell = 1.5;
 
+/// Samples at an end from which on the parameters are those of the end as well [%].
+inline constexpr double kFarSaturated_percent = 5.0;
+
 /// The verdict in one word for tables: its grade, but for an accepted model that the recommended one outdoes clearly
 /// (CriterionKind::above_recommended) kOutdone, and for a rejected model that is wrong in nothing and describes the
 /// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end or no

@@ -140,6 +140,11 @@ class Reasons {
     return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
   }
 
+  /// "cut with --from 3 --to 8", the longest part that does not stand at an end.
+  [[nodiscard]] std::string cut_of_record() const {
+    const auto cut = model_.provenance.find(kCutOfRecord);
+    return cut == model_.provenance.end() ? "cut that part" : "cut with " + cut->second;
+  }
   /// "; beside the drift the plant is about K = 1.79 V/V; T = 0.492 s".
   [[nodiscard]] std::string beside_the_drift() const {
     const auto beside = without_slow_pair(model_);
@@ -288,8 +293,8 @@ class Reasons {
       case Kind::far_saturated:
         return fmt::format(
             "The output stands at an end for {:.3g} % of the samples, more than {:.3g} %: gain and dead band come out "
-            "wrong; cut that part, or record nearer to mid-travel or with a sensor of a wider range.",
-            c.value, c.limit);
+            "wrong; {}, or record nearer to mid-travel or with a sensor of a wider range.",
+            c.value, c.limit, cut_of_record());
       case Kind::extrapolated:
         return fmt::format(
             "The model is tried beyond what it has seen: {:.3g} % of the validating samples have an input outside the "

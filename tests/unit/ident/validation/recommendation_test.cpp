@@ -91,7 +91,7 @@ TEST(Recommendation, SaysWhyAnAcceptedModelIsNotRecommendedWhereNoneIs) {
       {model_of("fo", -109.0, Order::estimated), model_of("io3", -105.0, Order::whole, Figures::unconverged)});
   EXPECT_EQ(found.model, "");
   EXPECT_TRUE(found.accepted_instead.starts_with(
-      "fo is usable: on a model of integer order, in AR-BIC, estimated orders must gain 10"))
+      "fo is usable: its estimated orders gain too little (AR-BIC) on a model of integer order"))
       << found.accepted_instead;
   EXPECT_EQ(recommended({model_of("io", -100.0)}).accepted_instead, "");
 }
