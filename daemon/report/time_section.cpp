@@ -105,10 +105,10 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   const bool grows = has_unseen && errors.rms_unseen > kMuchLarger * errors.rms_estimating;
   if (percent < kNegligible_percent) {
     const std::string systematic = systematic_text(model, grows);
+    const std::string beside_verdict =
+        "The error is small beside the motion; the box above says why the model is not accepted all the same.";
     remark.to_do =
-        model.verdict && !model.verdict->accepted
-            ? std::string(
-                  "The error is small beside the motion; the box above says why the model is not accepted all the same.")
+        model.verdict && !model.verdict->accepted ? beside_verdict
         : drifts ? "The error of the unseen part is small but keeps one sign: to predict over longer times than this "
                    "record, record longer."
         : systematic.empty()

@@ -357,7 +357,8 @@ std::string verdict(const Subject& subject) {
       std::vector<std::string> shown(reasons.begin(), reasons.end() - static_cast<std::ptrdiff_t>(others.size()));
       for (const std::string& other : others) shown.push_back(ident::in_few_words(other));
       html += paragraph(fmt::format("The nearest one, {}, is {} for this:", main.model.name,
-                                    ident::verdict_word(*main.model.verdict))) + list(shown);
+                                    ident::verdict_word(*main.model.verdict))) +
+              list(shown);
     }
     return box("none", of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used"),
                html + next_of_none(subject) + remarks_on_record(main.model) +

@@ -22,8 +22,8 @@ struct NonlinearEffects {
 inline constexpr Eigen::Index kEvenLevel = 0;
 inline constexpr Eigen::Index kOddLevel = 4;
 
-/// With v the input behind the model's map, about its mean, and without the noise of its channel (held_levels()), d the direction of its last change, G the model's transfer
-/// function and y its output, about its mean:
+/// With v the input behind the model's map, about its mean, and without the noise of its channel (held_levels()), d the
+/// direction of its last change, G the model's transfer function and y its output, about its mean:
 ///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at three lags: a gain or an opening that changes with v;
 ///   direction: G d, and d at three lags: play, hysteresis, a limited rate;
 ///   motion:    the sign of y's change at lags 0, 1, 3: dry friction;
