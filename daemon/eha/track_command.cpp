@@ -238,10 +238,7 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
     console.print("The plant for MATLAB: eha export " + shell_word(model) + " --format tf");
     console.print("Its Bode plot: eha plot " + shell_word(model) + " -o bode.svg");
   }
-  const std::string& controller = result.controller.file_name;
-  console.print(fmt::format(
-      "The controller for a PLC, C, MATLAB: eha export {} --format st (or c, simulink)",
-      std::filesystem::is_regular_file(controller, ignored) ? shell_word(controller) : std::string("CONTROLLER")));
+  console.print("The controller for a PLC, C, MATLAB: eha export CONTROLLER --format st (or c, simulink)");
   console.next_step(report_of_run(result.folder, "eha report " + shell_word(result.folder.string())));
   console.next_step("eha plot " + shell_word(result.folder.string()) + " -o track.png");
   return code;
