@@ -8,6 +8,8 @@
 #include <string_view>
 #include <utility>
 
+#include "core/inch.hpp"
+
 namespace eha {
 
 /// A unit of length.
@@ -18,7 +20,7 @@ struct LengthUnit {
 
 /// The units of length for displayed results.
 inline constexpr std::array kLengthUnits =
-    std::to_array<LengthUnit>({{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", 0.0254}});
+    std::to_array<LengthUnit>({{"um", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}, {"in", kMetrePerInch}});
 
 /// Whether `unit` is one of kLengthUnits; "in/s" is not.
 [[nodiscard]] inline bool is_length(std::string_view unit) {

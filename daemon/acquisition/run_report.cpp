@@ -45,9 +45,8 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
       "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop (calibration), "
       "null or dead band of [following] in the rig file wrong, or oil that leaks past the piston (the loop then holds "
-      "the "
-      "rod by volts): switch on, plug in, see that `eha read` follows the "
-      "rod; if it does, `eha characterise` measures null and dead band; if it trips, too, {3}",
+      "the rod by volts): switch on, plug in, see that `eha read` follows the rod; if it does, `eha characterise` "
+      "measures null and dead band; if it trips, too, {3}",
       factor * moved_in, factor * due_in, length, kAnew);
 }
 

@@ -11,13 +11,13 @@
 #include <system_error>
 
 #include "core/display_unit.hpp"
+#include "core/inch.hpp"
 #include "core/unit_names.hpp"
 
 namespace eha::cli {
 
 /// Converts a length with its unit, "2.95in" or "+5 mm", to inches; none if the text is not one.
 [[nodiscard]] inline std::optional<double> inches_of(std::string_view text) {
-  constexpr double kInch = 0.0254;
   if (text.starts_with('+')) text.remove_prefix(1);
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -25,7 +25,7 @@ namespace eha::cli {
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   const std::string written = known_unit(text).value_or("");
   for (const LengthUnit& unit : kLengthUnits) {
-    if (unit.name == written) return value * unit.metres / kInch;
+    if (unit.name == written) return value * unit.metres / kMetrePerInch;
   }
   return std::nullopt;
 }

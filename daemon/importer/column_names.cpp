@@ -252,10 +252,10 @@ std::string readable(std::string_view name, std::size_t length) {
 Hints hints_of(std::string_view name, std::string_view unit) {
   const std::vector<std::string> words = words_of(telling_field(name));
   Hints hints;
-  // LabVIEW's column of times.
   // "t" is a time, "T_block" a temperature.
   const bool is_of_place =
       words.size() > 1 && words.front() == "t" && telling_field(name).starts_with('T') && !seconds_in(unit);
+  // X_Value is LabVIEW's column of times.
   const bool is_time = (has_word(words, kTimeNames) && !is_of_place) || name == "X_Value";
   hints.time = (is_time ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);

@@ -16,6 +16,7 @@
 #include "core/time_text.hpp"
 #include "daemon/importer/signal_scale.hpp"
 #include "ident/record.hpp"
+
 namespace eha::importer {
 namespace {
 
@@ -26,7 +27,6 @@ constexpr double kBesideEnd = 0.002;  // of the output's range, as a rod on its 
 constexpr std::size_t kFrozenRows = 20;
 constexpr double kFrozenShare = 0.01;  // of the rows
 constexpr double kFrozenInput = 0.3;   // of the input's range
-constexpr std::size_t kLongGap = ident::kRowsOfGap;
 constexpr std::size_t kFewestChanges = 30;
 constexpr std::size_t kFewestMotions = 20;
 constexpr double kIntegrates = 0.6;        // R2 of the motion by the input
@@ -387,8 +387,8 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
   add(fmt::format(
           "what the input did in a filled gap of {} rows or more is not known, and a rod that integrates stands "
           "elsewhere afterwards",
-          kLongGap),
-      stretches(filled, kLongGap));
+          ident::kRowsOfGap),
+      stretches(filled, ident::kRowsOfGap));
   if (!spoilt.empty()) {
     std::sort(spoilt.begin(), spoilt.end());
     findings.cut = clean_part(spoilt, output.size(), start_s, step_s);
@@ -401,11 +401,11 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
 }
 
 Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count, double start_s, double step_s) {
-  return clean_part(stretches(filled, kLongGap), count, start_s, step_s);
+  return clean_part(stretches(filled, ident::kRowsOfGap), count, start_s, step_s);
 }
 
 std::string gaps_text(const std::vector<std::size_t>& filled, double start_s, double step_s) {
-  return longest_of(stretches(filled, kLongGap), start_s, step_s);
+  return longest_of(stretches(filled, ident::kRowsOfGap), start_s, step_s);
 }
 
 std::string cut_options(const Cut& cut) {

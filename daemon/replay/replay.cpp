@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/inch.hpp"
 #include "core/millimetre_key.hpp"
 #include "hal/sim/cylinder.hpp"
 #include "hal/sim/sim_rig.hpp"
@@ -16,7 +17,6 @@
 namespace eha::replay {
 namespace {
 
-constexpr double kMetrePerInch = 0.0254;
 constexpr double kNanoseconds = 1e9;
 
 }  // namespace

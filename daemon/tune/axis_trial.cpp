@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/inch.hpp"
 #include "hal/converter.hpp"
 #include "hal/sim/cylinder.hpp"
 #include "hal/sim/normal_noise.hpp"
@@ -13,7 +14,7 @@
 namespace eha::tune {
 namespace {
 
-constexpr double kInchPerMetre = 1.0 / 0.0254;
+constexpr double kInchPerMetre = 1.0 / kMetrePerInch;
 constexpr double kTraced_s = 10.0;  // of the hold
 constexpr double kLeft_in = 0.5;    // beyond the travel
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/inch.hpp"
 #include "daemon/acquisition/command_chain.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/track/track_source.hpp"
@@ -18,8 +19,6 @@ namespace {
 
 using acquisition::Breach;
 using acquisition::Fault;
-
-constexpr double kMetreOfAnInch = 0.0254;
 
 std::optional<ExpectedTrip> first_trip(const config::Track& track, const config::RigLimits& limits,
                                        const hal::SimOptions& rig) {
@@ -35,7 +34,7 @@ std::optional<ExpectedTrip> first_trip(const config::Track& track, const config:
   double applied_V = chain.plan(limits.safe_V).command_V;
   for (std::uint32_t row = 0; row < source.rows(); ++row) {
     const double at_s = tick_s * row;
-    const double rod_in = cylinder.state().displacement_m / kMetreOfAnInch;
+    const double rod_in = cylinder.state().displacement_m / kMetrePerInch;
     const double exact_V = (rod_in - rig.offset_in) / rig.scale_in_per_V;
     hal::RigReading reading;
     reading.displacement_in =

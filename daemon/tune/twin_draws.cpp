@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "config/valve_estimate.hpp"
+#include "core/inch.hpp"
 #include "ident/excitation/portable_draw.hpp"
 
 namespace eha::tune {
@@ -13,7 +14,6 @@ namespace {
 
 constexpr double kPascalPerBar = 1e5;
 constexpr double kGravity_m_s2 = 9.80665;
-constexpr double kMetrePerInch = 0.0254;
 constexpr double kLeastStd_V = 0.005;  // variation of null and dead band between runs
 constexpr double kLeastGainShare = 0.02;
 constexpr double kFastestSpool_Hz = 120.0;

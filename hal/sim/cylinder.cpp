@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/inch.hpp"
+
 namespace eha::hal {
 namespace {
 
 constexpr double kPascalPerBar = 1e5;
-constexpr double kMetrePerInch = 0.0254;
 constexpr double kGravity_m_s2 = 9.80665;
 
 /// Below this drop an orifice turns laminar: its flow becomes proportional to the drop, and the slope at zero finite.

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/inch.hpp"
 #include "hal/converter.hpp"
 #include "hal/sim/cylinder.hpp"
 #include "hal/sim/normal_noise.hpp"
@@ -12,7 +13,7 @@
 namespace eha::hal {
 namespace {
 
-constexpr double kInchPerMetre = 1.0 / 0.0254;
+constexpr double kInchPerMetre = 1.0 / kMetrePerInch;
 
 class SimRig final : public Rig {
  public:

@@ -71,10 +71,10 @@ std::array<double, 2> extremes(const Eigen::Ref<const Eigen::VectorXd>& input) {
 
 }  // namespace
 
-Eigen::VectorXd held_levels(const Eigen::Ref<const Eigen::VectorXd>& input) {
-  if (input.size() < 2 * kShortestMean) return input;
+std::optional<Eigen::VectorXd> held_levels(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  if (input.size() < 2 * kShortestMean) return std::nullopt;
   const double noise = noise_of(input);
-  if (!(noise > 0.0) || input.maxCoeff() - input.minCoeff() < kSpanOverNoise * noise) return input;
+  if (!(noise > 0.0) || input.maxCoeff() - input.minCoeff() < kSpanOverNoise * noise) return std::nullopt;
   const auto most_holds = static_cast<std::size_t>(input.size() / kShortestMean);
   std::vector<Hold> holds;
   double about_mean = 0.0;
@@ -92,10 +92,10 @@ Eigen::VectorXd held_levels(const Eigen::Ref<const Eigen::VectorXd>& input) {
     about_mean += (held.array() - level).square().sum();
     rough += (held.tail(rows - 1) - held.head(rows - 1)).squaredNorm();
     holds.push_back({begin, rows, level});
-    if (holds.size() > most_holds) return input;
+    if (holds.size() > most_holds) return std::nullopt;
     begin = end;
   }
-  if (rough < kLeastRoughness * about_mean) return input;
+  if (rough < kLeastRoughness * about_mean) return std::nullopt;
   join_levels(holds, noise);
   Eigen::VectorXd levels(input.size());
   for (const Hold& hold : holds) levels.segment(hold.begin, hold.rows).setConstant(hold.level);
@@ -106,10 +106,10 @@ std::optional<std::array<double, 2>> two_levels(const Eigen::Ref<const Eigen::Ve
   const std::array<double, 2> range = extremes(input);
   if (!(range[1] > range[0])) return range;
   if (!is_at_two(input, range, kMostNoise)) return {};
-  const Eigen::VectorXd held = held_levels(input);
-  const std::array<double, 2> levels = extremes(held);
-  if (!is_at_two(held, levels, kSameLevel)) return {};
-  return levels;
+  const std::optional<Eigen::VectorXd> held = held_levels(input);
+  if (!held) return is_at_two(input, range, kSameLevel) ? std::optional(range) : std::nullopt;
+  const std::array<double, 2> levels = extremes(*held);
+  return is_at_two(*held, levels, kSameLevel) ? std::optional(levels) : std::nullopt;
 }
 
 }  // namespace eha::ident

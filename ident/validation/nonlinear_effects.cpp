@@ -179,7 +179,8 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnReco
   if (grows(model.transfer_function)) return {};
   const Record& record = outputs.record();
   // Noise of the input's channel did not reach the plant; kept, an effect of it would stand for the noise itself.
-  const Eigen::VectorXd input = held_levels(record.input);
+  const std::optional<Eigen::VectorXd> levels = held_levels(record.input);
+  const Eigen::VectorXd& input = levels ? *levels : record.input;
   const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, input) : input);
   Columns columns(model, outputs, static_cast<Eigen::Index>(first));
   const Eigen::Index lag = least_input_lag(outputs.comparison());

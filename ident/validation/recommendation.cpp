@@ -364,8 +364,7 @@ const Model* surpassing(const Models& order, const Model& model) {
 
 /// ", and beside the drift the plant is about K = 1.79 V/V, T = 0.492 s"; empty where that is not known.
 std::string plant_beside_the_drift(const Model& drifting) {
-  const auto beside = without_slow_pair(drifting);
-  std::string form = beside ? engineering_form(*beside) : "";
+  std::string form = form_without_slow_pair(drifting);
   // A semicolon ends the part of a reason that the short answer shows.
   for (std::size_t at = form.find(';'); at != std::string::npos; at = form.find(';')) form[at] = ',';
   return form.empty() ? form : ", and beside the drift the plant is about " + form;
@@ -390,8 +389,7 @@ std::string none_picked(const Models& order, const Models& all) {
   if (const Model* drifting = surpassing_by_a_drift(order)) {
     return fmt::format(
         "the output drifts: {}, which takes that in, errs less than half as much as the others{}; the sensor, the "
-        "supply "
-        "or the temperature may have drifted: check them, and record again",
+        "supply or the temperature may have drifted: check them, and record again",
         drifting->name, plant_beside_the_drift(*drifting));
   }
   if (may_be_picked(all, best_identified)) {

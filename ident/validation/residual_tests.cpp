@@ -15,7 +15,7 @@
 #include "ident/statistics/distributions.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
-#include "ident/validation/input_rounding.hpp"
+#include "ident/validation/input_error.hpp"
 #include "ident/validation/separated_noise.hpp"
 
 namespace eha::ident {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ident/fractional/poles.hpp"
+#include "ident/model/engineering_form.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -101,6 +102,11 @@ std::optional<Model> without_slow_pair(const Model& model) {
   beside.input_unit = model.input_unit;
   beside.output_unit = model.output_unit;
   return beside;
+}
+
+std::string form_without_slow_pair(const Model& model) {
+  const std::optional<Model> beside = without_slow_pair(model);
+  return beside ? engineering_form(*beside) : std::string();
 }
 
 std::optional<double> slow_pair_over_record(const Model& model) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "ident/model/model.hpp"
 
@@ -16,6 +17,9 @@ namespace eha::ident {
 /// A model without its slowest real zero and pole, its gain beyond them kept: the plant beside the drift that they
 /// describe. None without such a zero and pole in the left half plane or at 0, or where nothing would be left.
 [[nodiscard]] std::optional<Model> without_slow_pair(const Model& model);
+
+/// That plant in engineering_form(), "K = 1.79 V/V; T = 0.492 s"; empty without one.
+[[nodiscard]] std::string form_without_slow_pair(const Model& model);
 
 /// Time constants of a real pole and a real zero of the left half plane.
 struct PoleAndZero {

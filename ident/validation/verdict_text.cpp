@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
-#include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/search/least_squares.hpp"
@@ -147,8 +146,7 @@ class Reasons {
   }
   /// "; beside the drift the plant is about K = 1.79 V/V; T = 0.492 s".
   [[nodiscard]] std::string beside_the_drift() const {
-    const auto beside = without_slow_pair(model_);
-    const std::string form = beside ? engineering_form(*beside) : "";
+    const std::string form = form_without_slow_pair(model_);
     return form.empty() ? "" : "; beside the drift the plant is about " + form;
   }
   /// ", or, as its own record has it, on the direction of motion, ..." where that shows another effect.
@@ -184,8 +182,7 @@ class Reasons {
       case Kind::interpolated:
         return fmt::format(
             "Part of the record was not measured: {:.3g} % of its rows are interpolated{}, more than {:.3g} %; cut "
-            "with "
-            "--from and --to to a part that was, or record again.",
+            "with --from and --to to a part that was, or record again.",
             c.value, model_.procedure == "paper" ? "" : " in gaps", c.limit);
       case Kind::unmeasured:
         return fmt::format(
@@ -278,8 +275,7 @@ class Reasons {
         return fmt::format(
             "A drift is taken for the plant: a zero and a pole that nearly cancel are both slower than the record is "
             "long, {:.2g} times; take no gain and no slow time constant from this model{}; the sensor, the supply or "
-            "the "
-            "temperature may have drifted: check them, and record again.",
+            "the temperature may have drifted: check them, and record again.",
             c.value, beside_the_drift());
       case Kind::saturated:
         if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time

@@ -49,8 +49,7 @@ std::string sight_of(const Model& model, const Verdict& verdict) {
       error.upper <= kClose_percent) {
     return fmt::format(
         "The grade is about what the tests can see: beside the noise of this record an error of at most {:.1g} % of "
-        "the "
-        "output's standard deviation shows. On a noisier record the same model may be graded good.",
+        "the output's standard deviation shows. On a noisier record the same model may be graded good.",
         error.upper);
   }
   return {};

@@ -34,21 +34,21 @@ Eigen::VectorXd with_noise(Eigen::VectorXd input, double std) {
 TEST(HeldLevels, AreFoundBeneathTheNoiseOfTheirChannel) {
   for (const double noise : {0.001, 0.02, 0.05}) {
     const Eigen::VectorXd truth = staircase({-1.0, 1.0, 0.5}, 3000);
-    const Eigen::VectorXd held = held_levels(with_noise(truth, noise));
+    const Eigen::VectorXd held = held_levels(with_noise(truth, noise)).value();
     // The mean of 12 rows at least.
     EXPECT_LT((held - truth).cwiseAbs().maxCoeff(), 4.5 * noise / std::sqrt(12.0)) << noise;
   }
 }
 
-TEST(HeldLevels, LeaveAnInputThatMovesOrHasNoNoiseAsItIs) {
+TEST(HeldLevels, AreNoneOfAnInputThatMovesOrHasNoNoise) {
   const Eigen::VectorXd steps = staircase({-1.0, 1.0, 0.5}, 3000);
-  EXPECT_EQ(held_levels(steps), steps);
+  EXPECT_FALSE(held_levels(steps));
   for (const double period : {20.0, 200.0, 2000.0}) {
     const Eigen::VectorXd sine = Eigen::VectorXd::LinSpaced(6000, 0.0, 6000.0 * 6.2832 / period).array().sin();
-    EXPECT_EQ(held_levels(sine), sine) << period;
+    EXPECT_FALSE(held_levels(sine)) << period;
   }
   const Eigen::VectorXd noise = with_noise(Eigen::VectorXd::Zero(3000), 1.0);
-  EXPECT_EQ(held_levels(noise), noise);
+  EXPECT_FALSE(held_levels(noise));
 }
 
 TEST(TwoLevels, AreThoseOfATwoLevelInputWithNoiseAndOfNoOther) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/validation/input_rounding.hpp"
+#include "ident/validation/input_error.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -135,10 +135,10 @@ Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen
 Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first) {
   const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
   const Eigen::VectorXd& input = outputs.record().input;
-  const Eigen::VectorXd levels = held_levels(input);
-  if (grows(model.transfer_function) || levels == input) return Eigen::MatrixXd(rows, 0);
+  const std::optional<Eigen::VectorXd> levels = grows(model.transfer_function) ? std::nullopt : held_levels(input);
+  if (!levels) return Eigen::MatrixXd(rows, 0);
   const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
-  return outputs.response(model.transfer_function, through_map(input) - through_map(levels)).tail(rows);
+  return outputs.response(model.transfer_function, through_map(input) - through_map(*levels)).tail(rows);
 }
 
 Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/validation/input_rounding.hpp"
+#include "ident/validation/input_error.hpp"
 
 #include <gtest/gtest.h>
 
