@@ -91,9 +91,11 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
   return runs;
 }
 
-/// Rms error of a model on a record, with its offset estimated again.
+/// Rms error of a model on a record, with its offset estimated again, beyond the errors that are known of its
+/// parameters and of the record's input.
 double error_on(const ident::Model& model, const Source& source, const ident::FitOptions& options) {
   const ident::ValidationReport report = ident::validate(model, source.record, options);
+  if (report.tests && report.tests->rms_beyond_errors) return *report.tests->rms_beyond_errors;
   return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
 }
 

@@ -17,6 +17,7 @@
 #include "ident/uncertainty/stored_covariance.hpp"
 #include "ident/validation/correlation.hpp"
 #include "ident/validation/excitation_order.hpp"
+#include "ident/validation/input_error.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
@@ -298,8 +299,10 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
   const Eigen::MatrixXd derivatives = problem.derivatives(plain.start(), fit.solution, estimated);
   for (const ParameterKey& key : estimated) correlation.names.push_back(key.name);
   const LeastSquaresResult& best = fit.optimum.best;
-  const ResidualModel residual = residual_model(best.point.residual);
-  const Uncertainty known = uncertainty(derivatives, correlation.names, residual);
+  const bool whitens = fit.optimum.noise && fit.input_error.cols() > 0;
+  const Eigen::MatrixXd seen = whitens ? whitened(fit.input_error, *fit.optimum.noise) : fit.input_error;
+  const Uncertainty known =
+      uncertainty(derivatives, correlation.names, residual_model(beyond_errors(best.point.residual, seen)), seen);
   for (Eigen::Index i = 0; i < known.correlation.rows(); ++i) {
     correlation.matrix.emplace_back(known.correlation.row(i).begin(), known.correlation.row(i).end());
   }
@@ -308,8 +311,9 @@ void fill_parameters(FitResult& result, const ReportedFit& fit, const ProfileSea
                                     ? OutputError(fit.compared, fit.optimum.parametrisation, fit.optimum.variant.linear)
                                           .residual(best.theta, best.point.linear)
                                     : best.point.residual;
+  const Eigen::VectorXd of_plant = beyond_errors(whole, fit.input_error);
   result.model.estimation->information =
-      information(whole, fit.compared.measured(), fit.optimum.free, residual_model(whole).effective_samples);
+      information(of_plant, fit.compared.measured(), fit.optimum.free, residual_model(of_plant).effective_samples);
 
   std::vector<Interval> reach;
   if (profile != nullptr) {

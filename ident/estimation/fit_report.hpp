@@ -73,6 +73,7 @@ struct ReportedFit {
   const LinearPart& linear;        ///< as as_reported() gives it
   const LinearSolution& solution;  ///< the same
   const StructureOptions& asked;
+  const Eigen::MatrixXd& input_error;  ///< in the output, at the measured rows; as of input_walk()
 };
 
 /// Parameters as the model file lists them, with the uncertainty of the estimated ones, their correlation and the

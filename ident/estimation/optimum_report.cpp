@@ -10,8 +10,10 @@
 #include "ident/estimation/fitted_optimum.hpp"
 #include "ident/estimation/valve_starts.hpp"
 #include "ident/fractional/stability.hpp"
+#include "ident/model/model_output.hpp"
 #include "ident/output_error/output_error.hpp"
 #include "ident/structure/parameter_requests.hpp"
+#include "ident/validation/input_error.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::ident {
@@ -60,6 +62,15 @@ Eigen::VectorXd plain_residual(const LocalOptimum& chosen, const ComparedRecord&
       .residual(chosen.best.theta, chosen.best.point.linear);
 }
 
+/// What the error of the recorded input leaves in the output, at the measured rows of the estimating part.
+Eigen::MatrixXd input_error_at_estimated(const Model& model, const PreparedRecord& prepared,
+                                         const Eigen::VectorXd& residual) {
+  Comparison estimating = prepared.rows.comparison;
+  estimating.count = prepared.rows.estimating;
+  OutputOnRecord outputs(prepared.record, estimating);
+  return outputs.measured_rows().of_columns(input_walk(model, outputs, 0, residual, prepared.input_error_std()));
+}
+
 }  // namespace
 
 FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
@@ -88,13 +99,19 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
   result.estimation_samples = rows.estimating;
   const ProfileSearch profile{fit.scale, record.input.cwiseAbs().maxCoeff(), fit.executor};
   const bool profiles = fit.options.intervals == IntervalMethod::profile;
-  fill_parameters(
-      result,
-      {.compared = fit.compared, .optimum = chosen, .linear = reported, .solution = solution, .asked = fit.asked},
-      profiles ? &profile : nullptr);
+  const Eigen::VectorXd residual = plain_residual(chosen, fit.compared);
+  const Eigen::MatrixXd input_error = input_error_at_estimated(model, fit.prepared, residual);
+  fill_parameters(result,
+                  {.compared = fit.compared,
+                   .optimum = chosen,
+                   .linear = reported,
+                   .solution = solution,
+                   .asked = fit.asked,
+                   .input_error = input_error},
+                  profiles ? &profile : nullptr);
   model.estimation->compared_step_s = record.step_s * static_cast<double>(rows.comparison.every);
   const Eigen::VectorXd& measured = fit.compared.measured();
-  model.estimation->score = score(measured, measured - plain_residual(chosen, fit.compared));
+  model.estimation->score = score(measured, measured - residual);
   // Highest order first, as transfer functions are written.
   std::reverse(model.transfer_function.numerator.begin(), model.transfer_function.numerator.end());
   std::reverse(model.transfer_function.denominator.begin(), model.transfer_function.denominator.end());

@@ -159,6 +159,9 @@ struct ResidualTests {
   /// Tested samples at most 20 lags behind a move of the input: the others hold no answer of the plant. None: not
   /// known.
   std::optional<std::size_t> moved = {};
+  /// Rms of what the errors of the parameters and of the recorded input leave of the residual [output unit]. None: not
+  /// known.
+  std::optional<double> rms_beyond_errors = {};
 };
 
 /// The values of an input with at most two of them [input unit].

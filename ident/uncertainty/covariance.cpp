@@ -75,7 +75,7 @@ ResidualModel residual_model(const Eigen::VectorXd& residual) {
 }
 
 Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
-                        const ResidualModel& residual) {
+                        const ResidualModel& residual, const Eigen::MatrixXd& input_error) {
   const Eigen::Index p = derivatives.cols();
   const double freedom = std::max(kLeastFreedom, residual.effective_samples - static_cast<double>(p));
   Uncertainty result;
@@ -96,8 +96,13 @@ Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<st
   Eigen::MatrixXd middle = residual.coefficients.empty()
                                ? Eigen::MatrixXd(residual.autocovariance[0] * Eigen::MatrixXd::Identity(p, p))
                                : Eigen::MatrixXd(u.transpose() * toeplitz_times(residual.autocovariance, u));
+  middle *= residual.effective_samples / freedom;
+  if (input_error.cols() > 0) {
+    const Eigen::MatrixXd along = u.transpose() * input_error;
+    middle += along * along.transpose();
+  }
   const Eigen::MatrixXd half = scale.cwiseInverse().asDiagonal() * svd.right * inverse.asDiagonal();
-  result.covariance = half * middle * half.transpose() * (residual.effective_samples / freedom);
+  result.covariance = half * middle * half.transpose();
   result.unit_covariance = half * half.transpose();
   const Eigen::VectorXd deviation = result.covariance.diagonal().cwiseMax(1e-300).cwiseSqrt();
   result.correlation =

@@ -27,12 +27,13 @@ struct Uncertainty {
 };
 
 /// Covariance of least-squares estimates whose residual is coloured,
-///   (J'J)^-1 J' Gamma J (J'J)^-1 n_eff / (n_eff - p),
-/// which is sigma^2 (J'J)^-1 for a white residual.
+///   (J'J)^-1 J' (Gamma n_eff / (n_eff - p) + W W') J (J'J)^-1,
+/// which is sigma^2 (J'J)^-1 for a white residual and no W.
 /// @param derivatives  n by p, of the simulated output by each parameter
+/// @param input_error  W, n by m, as of input_walk(); empty: none
 /// White, Econometrica 48 (1980); autoregressive spectrum: den Haan and Levin, Handbook of Statistics 15 (1997).
 [[nodiscard]] Uncertainty uncertainty(const Eigen::MatrixXd& derivatives, const std::vector<std::string>& names,
-                                      const ResidualModel& residual);
+                                      const ResidualModel& residual, const Eigen::MatrixXd& input_error = {});
 
 /// Returns a root R of a covariance C that may be rank-deficient, R R' = C: p by p.
 [[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/held_levels.hpp"
+#include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
 namespace {
@@ -19,14 +22,39 @@ constexpr double kSame = 1e-9;               // of the range: less is the conver
 constexpr double kLeastEnergy = 0.1;         // of the noise's variance
 constexpr double kLeastFirst = 3.0;          // of the first column; less is no more than the noise has itself
 constexpr Eigen::Index kMostColumns = 64;
-constexpr Eigen::Index kBlock = 32;   // rows that are looked for again
-constexpr double kSameRows = 0.9;     // share of all, one period apart
-constexpr double kMostSamples = 3e7;  // of all columns' signals
+constexpr double kRoughInput = 0.05;                // noise over the input's spread; more may be the excitation itself
+constexpr double kSameNoise = 1.2;                  // ratio of two estimates of white noise
+constexpr Eigen::Index kMostDifferences = 100'000;  // more do not sharpen the median
+constexpr double kBeyondMean = 3.0;                 // of the length of z, which is sqrt(m) +- 0.7
+constexpr Eigen::Index kBlock = 32;                 // rows that are looked for again
+constexpr double kSameRows = 0.9;                   // share of all, one period apart
+constexpr double kMostSamples = 3e7;                // of all columns' signals
 
 /// The variance of a white noise beside which a slow walk does not show in the differences.
 double white_variance(const Eigen::Ref<const Eigen::VectorXd>& residual) {
   const Eigen::Index rows = residual.size() - 1;
   return (residual.tail(rows) - residual.head(rows)).squaredNorm() / (2.0 * static_cast<double>(rows));
+}
+
+Eigen::VectorXd through_map(const Model& model, const Eigen::VectorXd& input) {
+  return model.input_map ? mapped(*model.input_map, input) : input;
+}
+
+/// The standard deviation of the white noise whose differences of an order are as great as those of the input.
+double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int order) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(1);
+  for (int k = 0; k < order; ++k) {
+    Eigen::VectorXd next = Eigen::VectorXd::Zero(weights.size() + 1);
+    next.tail(weights.size()) = weights;
+    next.head(weights.size()) -= weights;
+    weights = next;
+  }
+  const Eigen::Index every = 1 + input.size() / kMostDifferences;
+  std::vector<double> differences;
+  for (Eigen::Index k = 0; k + weights.size() <= input.size(); k += every) {
+    differences.push_back(weights.dot(input.segment(k, weights.size())));
+  }
+  return robust_std(std::move(differences)) / weights.norm();
 }
 
 /// How many times the same values are played, whose rounding then is the same; 1 if they do not repeat.
@@ -108,22 +136,41 @@ double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input) {
   return count < kLeastValues ? 0.0 : step;
 }
 
-Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
-                              const Eigen::Ref<const Eigen::VectorXd>& residual) {
+double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  if (input.size() < kLeastValues) return 0.0;
+  // Most differences of a held input are its noise, those of a smooth one are not.
+  const double held = difference_noise(input, 1);
+  const double fourth = difference_noise(input, 4);
+  const double sixth = difference_noise(input, 6);
+  const double spread = std::sqrt((input.array() - input.mean()).square().mean());
+  if (!(sixth > 0.0) || fourth > kRoughInput * spread) return 0.0;
+  if (held < kSameNoise * fourth) return held;
+  return fourth < kSameNoise * sixth ? sixth : 0.0;
+}
+
+double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  return std::max(rounding_step(input) * std::sqrt(repetitions(input) / 12.0), input_noise(input));
+}
+
+Eigen::MatrixXd input_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
+                           const Eigen::Ref<const Eigen::VectorXd>& residual, double error_std) {
   const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
   Eigen::MatrixXd walk(rows, 0);
-  if (rows < 2 || residual.size() < rows || grows(model.transfer_function)) return walk;
+  const Eigen::Index known = std::min(rows, residual.size());
+  if (!(error_std > 0.0) || known < 2 || grows(model.transfer_function)) return walk;
   const Eigen::VectorXd& input = outputs.record().input;
   const auto samples = static_cast<double>(input.size());
-  const double scale = rounding_step(input) / std::sqrt(12.0) * std::sqrt(2.0 / samples * repetitions(input));
-  const double noise = white_variance(residual.tail(rows));
-  if (!(scale > 0.0) || !(noise > 0.0)) return walk;
+  const double scale = error_std * std::sqrt(2.0 / samples);
+  const double noise = white_variance(residual.tail(known));
+  if (!(noise > 0.0)) return walk;
+  const Eigen::VectorXd driven = through_map(model, input);
   const Eigen::ArrayXd angle =
       (Eigen::ArrayXd::LinSpaced(input.size(), 0.5, samples - 0.5) * std::numbers::pi / samples);
   const Eigen::Index most = std::min(kMostColumns, static_cast<Eigen::Index>(kMostSamples / samples));
   for (Eigen::Index k = 0; k < most; ++k) {
     const Eigen::VectorXd wave = (k == 0 ? std::sqrt(0.5) : 1.0) * scale * (static_cast<double>(k) * angle).cos();
-    const Eigen::VectorXd column = outputs.response(model.transfer_function, wave).tail(rows);
+    const Eigen::VectorXd passed = model.input_map ? Eigen::VectorXd(through_map(model, input + wave) - driven) : wave;
+    const Eigen::VectorXd column = outputs.response(model.transfer_function, passed).tail(rows);
     const double energy = (column.array() - column.mean()).square().sum();
     if (!(energy >= (k == 0 ? kLeastFirst : kLeastEnergy) * noise)) break;
     walk.conservativeResize(Eigen::NoChange, k + 1);
@@ -132,13 +179,21 @@ Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen
   return walk;
 }
 
+Eigen::VectorXd beyond_errors(const Eigen::VectorXd& residual, const Eigen::MatrixXd& errors) {
+  if (errors.cols() == 0) return residual;
+  Eigen::MatrixXd normal = errors.transpose() * errors;
+  normal.diagonal().array() += white_variance(residual);
+  const Eigen::VectorXd z = solve_symmetric(normal, errors.transpose() * residual);
+  const double longest = std::sqrt(static_cast<double>(errors.cols())) + kBeyondMean;
+  return residual - std::min(1.0, longest / std::max(z.norm(), longest)) * (errors * z);
+}
+
 Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first) {
   const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
   const Eigen::VectorXd& input = outputs.record().input;
   const std::optional<Eigen::VectorXd> levels = grows(model.transfer_function) ? std::nullopt : held_levels(input);
   if (!levels) return Eigen::MatrixXd(rows, 0);
-  const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
-  return outputs.response(model.transfer_function, through_map(input) - through_map(*levels)).tail(rows);
+  return outputs.response(model.transfer_function, through_map(model, input) - through_map(model, *levels)).tail(rows);
 }
 
 Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
@@ -152,8 +207,7 @@ Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Ei
                    [](const Line& a, const Line& b) { return std::abs(a.change) > std::abs(b.change); });
   const double error = error_of_lines(record);
   const double noise = white_variance(residual.tail(rows));
-  const auto through_map = [&](const Eigen::VectorXd& u) { return model.input_map ? mapped(*model.input_map, u) : u; };
-  const Eigen::VectorXd driven = through_map(record.input);
+  const Eigen::VectorXd driven = through_map(model, record.input);
   for (const Line& line : lines) {
     if (found.cols() == kMostColumns) break;
     Eigen::VectorXd other = record.input;
@@ -161,7 +215,8 @@ Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Ei
       const double share = static_cast<double>(k + 1) / static_cast<double>(line.rows + 1);
       other[line.first + k] += error * std::sqrt(share * (1.0 - share)) * line.change;
     }
-    const Eigen::VectorXd column = outputs.response(model.transfer_function, through_map(other) - driven).tail(rows);
+    const Eigen::VectorXd column =
+        outputs.response(model.transfer_function, through_map(model, other) - driven).tail(rows);
     if (!(column.squaredNorm() >= kLeastEnergy * noise)) continue;
     found.conservativeResize(Eigen::NoChange, found.cols() + 1);
     found.rightCols<1>() = column;

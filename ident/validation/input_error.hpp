@@ -13,18 +13,34 @@ namespace eha::ident {
 /// Cost O(N log N).
 [[nodiscard]] double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input);
 
-/// What the rounding of the recorded input leaves in the output of a plant that integrates, or nearly so: a walk, which
-/// the autoregressive noise of the residual tests is too short for. The rounding is white, of variance q^2 / 12 with q
-/// of rounding_step(), times the periods of an input that repeats, so a root of the walk's covariance is
-///   q / sqrt(12) G c_k,  c_k = sqrt(2 / N) cos(pi k (n + 1/2) / N), k = 0, 1, ... (c_0 = sqrt(1 / N))
+/// Returns the standard deviation of the white noise that the recorded input has in itself [input unit]: of an input
+/// that is held, from the differences within its levels; of a smooth one, from its fourth and sixth differences, which
+/// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N).
+[[nodiscard]] double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
+
+/// Returns the standard deviation of the white error of the recorded input as a walk sees it [input unit]: of
+/// input_noise() or, where greater, of the rounding, q sqrt(P / 12) with q of rounding_step(), of an input that repeats
+/// P times. Cost O(N log N).
+[[nodiscard]] double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input);
+
+/// What a white error of the recorded input leaves in the output of a plant that integrates, or nearly so: a walk,
+/// which the autoregressive noise of residual tests and intervals is too short for. A root of its covariance is
+///   sigma G c_k,  c_k = sqrt(2 / N) cos(pi k (n + 1/2) / N), k = 0, 1, ... (c_0 = sqrt(1 / N))
 /// Columns end where their energy falls below a tenth of the noise's variance, or at 64; where the first has less than
 /// three times that variance there are none.
-/// @param first     first compared row wanted
-/// @param residual  of the model at those rows and before or not; its differences give the noise
-/// @returns rows by m; m is 0 where the model grows, the input is not rounded, or the walk is too small
+/// @param first      first compared row wanted
+/// @param residual   of the model at those rows or the measured ones of them; its differences give the noise
+/// @param error_std  sigma, of input_error_std()
+/// @returns rows by m; m is 0 where the model grows, sigma is 0, or the walk is too small
 /// Cost: a simulation a column.
-[[nodiscard]] Eigen::MatrixXd rounding_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
-                                            const Eigen::Ref<const Eigen::VectorXd>& residual);
+[[nodiscard]] Eigen::MatrixXd input_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
+                                         const Eigen::Ref<const Eigen::VectorXd>& residual, double error_std);
+
+/// A residual e less the part that known errors explain: W z with the most probable z of N(0, I) beside white noise,
+/// shortened to a length of sqrt(m) + 3, which a sound z hardly exceeds. What is left shows how well a model describes
+/// the plant. Cost O(N m^2).
+/// @param errors  W, a root of the errors' covariance in the output, as input_walk(): N by m, or without columns
+[[nodiscard]] Eigen::VectorXd beyond_errors(const Eigen::VectorXd& residual, const Eigen::MatrixXd& errors);
 
 /// What the noise of the input's channel leaves in the output of the model, as the plant got the levels of
 /// held_levels() alone: G (u - levels) at the compared rows from `first` on.
@@ -36,7 +52,7 @@ namespace eha::ident {
 /// it: for each gap of the record whose input is such a line G times a pulse there, of the standard deviation of a
 /// switch at any of its rows, sqrt(p (1 - p)) of the change at the share p of the gap. It is as much smaller as a line
 /// across one row errs less where the input was measured.
-/// @param residual  as of rounding_walk(); the largest columns, at most 64, of more than a tenth of its noise
+/// @param residual  as of input_walk(); the largest columns, at most 64, of more than a tenth of its noise
 /// @returns rows by m; m is 0 where the model grows or no gap matters
 /// Cost: a simulation a column.
 [[nodiscard]] Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,

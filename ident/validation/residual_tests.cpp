@@ -275,6 +275,8 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   }
   tests.drift = drift_of(e, errors);
   tests.moved = moved_rows(part.past_input);
+  const Eigen::VectorXd beyond = centred(beyond_errors(e, centred(errors)));
+  tests.rms_beyond_errors = std::sqrt(beyond.squaredNorm() / static_cast<double>(beyond.size()));
   return tests;
 }
 
@@ -306,11 +308,11 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.parameter_error =
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
-  const Eigen::MatrixXd rounding = rounding_walk(model, outputs, begin, residual);
+  const Eigen::MatrixXd walk = input_walk(model, outputs, begin, residual, input_error_std(outputs.record().input));
   const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
   const Eigen::MatrixXd switches = guessed_switches(model, outputs, begin, residual);
-  part.input_error.resize(rows, rounding.cols() + noise.cols() + switches.cols());
-  part.input_error << rounding, noise, switches;
+  part.input_error.resize(rows, walk.cols() + noise.cols() + switches.cols());
+  part.input_error << walk, noise, switches;
   // The lags are those of the record, whichever of its rows are left.
   const MeasuredRows kept = outputs.measured_rows().from(begin);
   part.residual = kept.of(part.residual);

@@ -17,7 +17,7 @@ struct TestedPart {
   Eigen::VectorXd residual;          ///< n samples [output unit]
   Eigen::MatrixXd past_input;        ///< n by lags, the input at lags 1, 2, ... of each sample; at 0 too if decimated
   Eigen::MatrixXd parameter_error;   ///< n by p: derivatives by the parameters times a root of their covariance
-  Eigen::MatrixXd input_error = {};  ///< n by m, as rounding_walk() and channel_noise(); empty: none
+  Eigen::MatrixXd input_error = {};  ///< n by m, as input_walk() and channel_noise(); empty: none
   std::vector<double> filter_correlation = {};  ///< as filtered_noise_correlation()
   Eigen::MatrixXd future_input = {};            ///< n by lags, the rest: lags (0,) -1, -2, ...; empty: not requested
   std::vector<NonlinearEffects> effects = {};   ///< empty: not requested
