@@ -22,6 +22,7 @@ constexpr Index kFewestCompared = 60;
 constexpr double kRankThreshold = 1e-13;
 constexpr Index kParts = 4;  // of the input, beside the edges
 constexpr int kWhitenings = 2;
+constexpr double kFarthestShift = 0.5 * static_cast<double>(kParts);  // dead bands that the parts reach from the null
 constexpr double kStandardErrors = 2.0;  // by which a constant differs from 0 by chance
 
 /// Least-squares coefficients of columns, and their standard errors.
@@ -53,7 +54,9 @@ std::optional<Regression> regression(const Eigen::MatrixXd& columns, const Eigen
 /// How far null and dead band may be off [input unit]; 0 where nothing is known.
 double shift_of(const Model& model) {
   if (!model.input_map || !model.validation) return 0.0;
-  return kShiftOverMapError * model.validation->map_error.value_or(0.0);
+  // Farther from the null the rod moves with the input, as it would not behind an edge that lay there.
+  return std::min(kShiftOverMapError * model.validation->map_error.value_or(0.0),
+                  kFarthestShift * model.input_map->dead_band);
 }
 
 bool is_doubtful(const Model& model, double shift) {
@@ -134,7 +137,7 @@ std::string map_note(const Model& model) {
   if (const ParameterEstimate* p = unfound_dead_band(model)) {
     return fmt::format(
         "the record shows no dead band: the 95 % interval of half of it is {}; a controller takes null and dead band "
-        "from the valve sheet (eha characterise)",
+        "from the valve sheet (`eha characterise`)",
         interval_text(*p) + after_number(model.input_unit));
   }
   if (model.input_map && is_one_way(*model.input_map)) {

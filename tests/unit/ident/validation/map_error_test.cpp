@@ -103,10 +103,12 @@ TEST(MapNote, SaysOfADeadBandThatIsNotFoundNothingElse) {
   EXPECT_EQ(
       map_note(model),
       "the record shows no dead band: the 95 % interval of half of it is 0 to 0.27 V; a controller takes null and "
-      "dead band from the valve sheet (eha characterise)");
+      "dead band from the valve sheet (`eha characterise`)");
   model.parameters.front().lower95 = 0.01;
   EXPECT_EQ(unfound_dead_band(model), nullptr);
-  EXPECT_NE(map_note(model).find("may be up to 1.4 V off"), std::string::npos) << map_note(model);
+  EXPECT_NE(map_note(model).find("may be up to 0.27 V off"), std::string::npos)
+      << "two dead bands from the null the record shows the rod move\n"
+      << map_note(model);
 }
 
 TEST(MapNote, KnowsOneEdgeOnlyOfAMapThatIsShutInOneDirection) {
