@@ -98,18 +98,23 @@ std::vector<std::string> warnings_in(const std::string& message) {
   return found;
 }
 
-/// What warnings of one kind have in common: the first clause, without the name of the record and without figures.
-std::string kind_of(std::string warning, const std::string& source) {
+/// A warning without the name of its record.
+std::string without(std::string warning, const std::string& source) {
   for (std::size_t at = warning.find(source); !source.empty() && at != std::string::npos; at = warning.find(source)) {
     warning.erase(at, source.size());
   }
+  return warning;
+}
+
+/// What warnings of one kind have in common: the first clause, without the name of the record and without figures.
+std::string kind_of(const std::string& warning, const std::string& source) {
   std::string kind;
-  for (const char c : warning) {
+  for (const char c : without(warning, source)) {
     const bool is_figure = (c >= '0' && c <= '9') || c == '.' || c == '-' || c == '+';
     if (!is_figure) kind += c;
   }
   constexpr std::size_t kWords = 3;  // characters; a clause before that is an empty name
-  const std::size_t end = kind.find_first_of(",;:(`", kWords);
+  const std::size_t end = kind.find_first_of(",;:`", kWords);
   return kind.substr(0, end);
 }
 
@@ -318,18 +323,33 @@ std::string grade_of(const Row& row) {
 }
 
 std::vector<WarningKind> warning_kinds(const Table& table) {
-  std::vector<std::pair<std::string, WarningKind>> kinds;
+  struct Kind {
+    std::string name;
+    std::string text;  ///< of the first record, without its name
+    WarningKind found;
+    bool differs = false;  ///< in figures, from record to record
+  };
+  std::vector<Kind> kinds;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    const std::string& source = table.rows[i].record.source;
     for (const std::string& warning : table.rows[i].warnings) {
-      const std::string kind = kind_of(warning, table.rows[i].record.source);
-      auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& one) { return one.first == kind; });
-      if (known == kinds.end()) known = kinds.insert(kinds.end(), {kind, {.text = warning, .rows = {}}});
-      std::vector<std::size_t>& rows = known->second.rows;
+      const std::string name = kind_of(warning, source);
+      const std::string text = without(warning, source);
+      auto known = std::find_if(kinds.begin(), kinds.end(), [&](const Kind& one) { return one.name == name; });
+      if (known == kinds.end()) known = kinds.insert(kinds.end(), {name, text, {.text = warning, .rows = {}}});
+      known->differs = known->differs || text != known->text;
+      std::vector<std::size_t>& rows = known->found.rows;
       if (rows.empty() || rows.back() != i) rows.push_back(i);
     }
   }
   std::vector<WarningKind> found;
-  for (auto& [kind, one] : kinds) found.push_back(std::move(one));
+  for (Kind& kind : kinds) {
+    if (kind.differs) {
+      kind.found.text +=
+          fmt::format(" (figures of {}, the others have their own)", table.rows[kind.found.rows.front()].record.id);
+    }
+    found.push_back(std::move(kind.found));
+  }
   return found;
 }
 

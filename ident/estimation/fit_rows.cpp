@@ -25,8 +25,8 @@ void check_record(const Record& record, const FitOptions& options) {
     throw ConfigError(fmt::format("split: expected a share above 0 and up to 1, got {}", options.split));
   }
   if (record.input.size() < kFewestRows) {
-    throw DataError(
-        fmt::format("record: {} rows are too few to fit; expected at least {}", record.input.size(), kFewestRows));
+    throw DataError(fmt::format("record: {} rows are too few to fit; expected at least {}: record longer",
+                                record.input.size(), kFewestRows));
   }
   if (is_constant(record.output)) {
     throw DataError(fmt::format("record: the output is constant at {} {}: the sensor shows no motion; {}",
@@ -43,7 +43,8 @@ FitRows fit_rows(const Record& record, const FitOptions& options) {
   if (rows.estimating < static_cast<std::size_t>(kFewestRows)) {
     throw DataError(fmt::format(
         "record: {} rows are left to estimate from after discarding {} s and keeping every {}th of {} rows (the "
-        "anti-alias filter needs {} rows at either end); expected at least {}",
+        "anti-alias filter needs {} rows at either end); expected at least {}: "
+        "record longer, or keep more of it (--discard, --decimate)",
         rows.estimating, options.discard_s, options.decimation, record.input.size(), rows.comparison.taps.size() / 2,
         kFewestRows));
   }

@@ -96,6 +96,8 @@ TEST(BatchTable, CarriesTheWarningsOfItsRecordsOncePerKind) {
   ASSERT_EQ(kinds.size(), 2U);
   EXPECT_EQ(kinds[0].rows, (std::vector<std::size_t>{0, 1}));
   EXPECT_EQ(warning_text(table, kinds[0]).rfind("2 of 2 records (0001-a, 0002-b): within half a row", 0), 0U);
+  EXPECT_NE(kinds[0].text.find("(figures of 0001-a, the others have their own)"), std::string::npos);
+  EXPECT_EQ(kinds[1].text.find("(figures of"), std::string::npos) << "one record";
   EXPECT_EQ(kinds[1].rows, (std::vector<std::size_t>{0}));
   EXPECT_EQ(to_json(table)["records"][0]["warnings"].size(), 2U);
   EXPECT_EQ(to_json(table)["records"][1]["warnings"].size(), 1U);
