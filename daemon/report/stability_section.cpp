@@ -71,8 +71,13 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
          std::any_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const auto& c) {
            return c.kind == ident::CriterionKind::stability_margin && c.judged && c.passed;
          }));
-    remark.to_do = is_allowed ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
-                              : integrates + ". Accept it with require_stable = false in [acceptance].";
+    const bool is_damped = !(stability.margin_rad > 1e-9 && stability.margin_rad < kSmallMargin_rad);
+    remark.to_do =
+        is_allowed && !is_damped
+            ? "A pole beside that at 0 is lightly damped: check its resonance against the measured response. " +
+                  integrates + "."
+        : is_allowed ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
+                     : integrates + ". Accept it with require_stable = false in [acceptance].";
   } else if (!stability.stable) {
     remark.to_do =
         "Do not simulate with it over long times. An unstable model of a rig that is stable comes from drift or "
