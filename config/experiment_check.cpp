@@ -172,14 +172,14 @@ class ConflictSearch {
     const double factor = unit.factor("in");
     const std::string in = unit.of("in");
     const auto refuse = [&](const std::string& expected, const std::string& got) {
-      add("track.controller", expected + "; make it anew with eha tune", got);
+      add("track.controller", expected + "; make it anew: `eha tune`", got);
     };
     check_tracked_valve(s.inverse);
     if (controller.provenance.rig != rig_.name) {
       add("track.controller",
           fmt::format(
               "a controller for {}, the rig of {}; name the rig file of the controller's rig with --rig, or make "
-              "another controller with eha tune",
+              "another controller: `eha tune`",
               rig_.name, rig_.file_name),
           fmt::format("one for {}", controller.provenance.rig));
       return;
@@ -188,7 +188,7 @@ class ConflictSearch {
       add("track.controller",
           fmt::format(
               "a controller for the tick of {} s; play it on a copy of the rig file with sample_period_s = {}, or make "
-              "another with eha tune --tick {}",
+              "another: `eha tune`, with --tick {}",
               tick_s(), s.tick_s, tick_s()),
           fmt::format("{} s", s.tick_s));
     }
@@ -243,7 +243,7 @@ class ConflictSearch {
     };
     add("track.controller",
         fmt::format(
-            "about the valve of [following] in {}: {}; measure it with eha characterise -o, then eha tune",
+            "about the valve of [following] in {}: {}; measure it with `eha characterise`, then `eha tune`",
             rig_.file_name,
             numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s)),
         numbers(inverse.null, inverse.dead_band, inverse.gain_positive, inverse.gain_negative));

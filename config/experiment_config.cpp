@@ -62,6 +62,7 @@ Track read_track(Section& section, ExperimentConfig& experiment, Document& docum
   std::string text;
   section.lines("controller", text);
   Track track;
+  section.text("controller_file", track.controller_file, Need::optional);
   if (document.issues.clean("track.controller")) {
     try {
       track.controller = parse_controller(text, "controller");

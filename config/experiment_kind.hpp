@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <variant>
 
@@ -51,6 +52,7 @@ struct Precision {
 struct Track {
   ControllerConfig controller;
   ident::TrialPlan plan;
+  std::string controller_file = {};  ///< that the controller was read from, for suggestions; empty: not known
 };
 
 /// Plays [excitation]; models are fitted to the record. The only kind that is rehearsed.

@@ -10,9 +10,9 @@ namespace eha::config {
 
 /// Why a rig that moves a machine plays nothing but [characterise], and what to do.
 inline constexpr std::string_view kNeedsFollowing =
-    "no [following] in the rig file: nothing but eha characterise moves a machine whose valve is not known, because a "
-    "dead sensor would be found late and the rod may meet its end stop; run eha characterise -o NEW.toml with somebody "
-    "at the emergency stop and install that file, or eha commission RIG.toml";
+    "no [following] in the rig file: nothing but `eha characterise` moves a machine whose valve is not known, because "
+    "a dead sensor would be found late and the rod may meet its end stop; run it with somebody "
+    "at the emergency stop and install the rig file that it writes";
 
 /// Whether kNeedsFollowing holds for a rig.
 [[nodiscard]] inline bool needs_following(const RigConfig& rig) {

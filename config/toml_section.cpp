@@ -333,7 +333,7 @@ void Section::volts_file(std::string_view key, VoltsFile& target) {
   if (document_->named_files == NamedFiles::refuse) {
     document_->issues.add_text(position, key_path,
                                fmt::format("\"{}\" was not sent with the experiment: the service receives the "
-                                           "experiment's text only; play it with eha run --local",
+                                           "experiment's text only; play it with --local",
                                            shortened(target.name, 60)));
     return;
   }

@@ -23,9 +23,9 @@ struct TrackedMotion {
 
 /// Writes the experiment that plays a controller's trial. Name and text of a controller file are untrusted: they are
 /// written as TOML strings.
-/// @param name, text  of the controller
+/// @param name, text  of the controller   @param file  that it is in; empty: none
 [[nodiscard]] inline std::string track_experiment(std::string_view name, std::string_view text,
-                                                  const TrackedMotion& motion) {
+                                                  const TrackedMotion& motion, std::string_view file = {}) {
   constexpr std::size_t kLongestName = 40;
   std::string stem = "track-";
   for (const char c : name.substr(0, kLongestName)) {
@@ -41,6 +41,7 @@ struct TrackedMotion {
   add("sine_Hz", motion.sine_Hz);
   add("hold_s", motion.hold_s);
   if (motion.sweep) experiment += "sweep = true\n";
+  if (!file.empty()) experiment += fmt::format("controller_file = {}\n", toml_string(file));
   return experiment + "controller = " + toml_string(text) + "\n";
 }
 

@@ -160,12 +160,12 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::following_error:
       return fmt::format(
           "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; valve, load or sensor "
-          "have changed: measure the valve again (eha characterise), then eha tune",
+          "have changed: measure the valve again with `eha characterise`, then `eha tune`",
           shown_value, shown_limit, length);
     case Fault::oscillation:
       return fmt::format(
           "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; valve or load have "
-          "changed: measure the valve again (eha characterise), then eha tune",
+          "changed: measure the valve again with `eha characterise`, then `eha tune`",
           value, limit);
     case Fault::loop_stalled:
       return fmt::format(

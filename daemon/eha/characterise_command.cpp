@@ -88,7 +88,7 @@ config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_fi
       if (config::measured_rig_check_of(now.backend) != config::measured_rig_check_of(run.rig.backend)) {
         console.warning(fmt::format(
             "{} has another card, other channels or another calibration than this run: with its numbers the "
-            "rig is not armed; play eha characterise anew",
+            "rig is not armed; measure anew: `eha characterise`",
             rig_file.replaces));
       }
       return now;
@@ -149,23 +149,23 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
   for (const std::string& file : files) {
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }
+  if (ident::leak_of(run.sheet)) {  // to be repaired before these numbers are used
+    if (rig_file) console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
+    console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
+    return ExitCode::ok;
+  }
   if (!rig_file && sheet::is_in_rig_file(run)) {
-    console.info(fmt::format(
-        "the rig file had these values already when this was measured; if they are no longer in it: `eha characterise "
-        "{} -o RIG.toml`",
-        shell_word(run.folder.string())));
+    console.info(
+        fmt::format("the rig file had these values already when this was measured; if they are no longer in it: `{}`",
+                    suggest::sheet_into_rig_file(console.rig(), run.folder.string())));
     console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
     return ExitCode::ok;
   }
   if (!rig_file) {
-    console.next_step("eha characterise " + shell_word(run.folder.string()) + " -o RIG.toml");
+    console.next_step(suggest::sheet_into_rig_file(console.rig(), run.folder.string()));
     return ExitCode::ok;
   }
   console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
-  if (!sheet::leak_of(run.sheet, unit).empty()) {  // to be repaired before these numbers are used
-    console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
-    return ExitCode::ok;
-  }
   const bool replaces = !rig_file->replaces.empty();
   console.next_step(
       "eha check " + shell_word(rig_file->path.string()) +
@@ -182,6 +182,7 @@ ExitCode execute(const CharacteriseCommand& command, Console& console) {
   }
   if (command.run) {
     std::optional<NewRigFile> rig_file;
+    console.set_rig(access_of_run(*command.run));
     if (writes_rig) rig_file = NewRigFile{command.output, rig_file_of_service(command.socket, console)};
     return show_valve_sheet(record::OpenRun(*command.run), SheetFiles::keep, rig_file, console);
   }
@@ -191,7 +192,7 @@ ExitCode execute(const CharacteriseCommand& command, Console& console) {
     run.new_rig_file = command.output;
     run.output = DriveOptions{}.output;
   }
-  run.experiment_file = "characterise";
+  run.experiment_file = kCharacterising;
   run.text = "schema = 1\nname = \"characterise\"\n\n[characterise]\n";
   return execute(run, console);
 }

@@ -27,16 +27,6 @@
 namespace eha::cli {
 namespace {
 
-/// Returns an existing shipped experiment; else a name to be replaced.
-std::string an_experiment() {
-  for (const char* folder : {EHA_DATA_DIR, "config"}) {
-    const std::filesystem::path file = std::filesystem::path(folder) / "experiments" / "paper.toml";
-    std::error_code ignored;
-    if (std::filesystem::is_regular_file(file, ignored)) return file.string();
-  }
-  return "EXPERIMENT.toml";
-}
-
 constexpr const char* kCheckFooter = R"(
 Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
 the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, unless a run moves it,
@@ -124,9 +114,10 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
         s.reference.lowest < rig.limits.travel_min_in || s.reference.highest > rig.limits.travel_max_in ||
         s.reference.velocity > rig.limits.velocity_limit_in_per_s || s.slew_per_s > rig.limits.slew_V_per_s) {
       throw ConfigError(
-          fmt::format("{}: its travel, velocity, command or slew exceeds that of {}; tune it for this rig: "
-                      "eha tune MODEL --rig {}",
-                      command.file, *command.rig_file, shell_word(*command.rig_file)));
+          fmt::format("{}: its travel, velocity, command or slew exceeds that of {}; tune it for this rig: `{}`",
+                      command.file, *command.rig_file,
+                      suggest::tune({.rig_file = *command.rig_file, .new_controller = free_name("controller.toml")},
+                                    controller.provenance.model)));
     }
     if (s.tick_s < rig.realtime.sample_period_s || s.tick_s > rig.realtime.sample_period_s) {
       throw ConfigError(fmt::format("{}: tick_s: expected {:g} s as {} has it, got {:g}", command.file,
@@ -171,7 +162,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   }
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
   console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))
-                               : simulated_run(command.file, command.rig_file));
+                               : suggest::run(simulated_access(command.rig_file), {command.file}));
 }
 
 ExitCode execute(const CheckCommand& command, Console& console) {

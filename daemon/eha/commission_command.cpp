@@ -91,10 +91,14 @@ Recorded recorded_in(const fs::path& folder) {
   return recorded;
 }
 
-/// What to do where a folder does not suit.
-std::string anew_elsewhere(CommissionOptions command) {
-  command.folder += "-2";
-  return "begin anew in another folder: " + again(command);
+/// The same with a folder that is not there yet.
+CommissionOptions elsewhere(CommissionOptions command) {
+  command.folder = free_name(command.folder.string());
+  return command;
+}
+
+std::string anew_elsewhere(const CommissionOptions& command) {
+  return "begin anew in another folder: " + again(elsewhere(command));
 }
 
 class Commissioning {
@@ -109,10 +113,8 @@ class Commissioning {
   ExitCode execute() {
     refuse_what_does_not_fit();
     if (state_.has("track")) {
-      CommissionOptions anew = command_;
-      anew.folder += "-2";
       console_.info(fmt::format("{} is finished; nothing is measured again, for that: {}", state_.folder().string(),
-                                again(anew)));
+                                again(elsewhere(command_))));
     }
     try {
       prepare();
@@ -398,7 +400,8 @@ class Commissioning {
 
   ExitCode conclude() {
     const fs::path page = state_.file(kReport);
-    state_.files().write(kReport, commission_page(state_, rig_.name, console_.unit(rig_.units)));
+    state_.files().write(kReport,
+                         commission_page(state_, rig_.name, again(elsewhere(command_)), console_.unit(rig_.units)));
     const bool is_kept = state_.result("track").at("kept").get<bool>();
     const std::string verdict = !is_kept
                                     ? "the axis does not keep the controller's promise"

@@ -120,28 +120,29 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
 
 }  // namespace
 
-std::string commission_page(const CommissionState& state, const std::string& rig, const DisplayUnit& unit) {
+std::string commission_page(const CommissionState& state, const std::string& rig, const std::string& anew,
+                            const DisplayUnit& unit) {
   const Json& track = state.result("track");
+  const record::OpenRun trial(track.at("run").get<std::string>());
   const std::string axis_file = state.file("axis.toml").string();
-  const std::string axis = shell_word(axis_file);
   std::string lead = report::paragraph(
       track.at("kept").get<bool>()
           ? "The axis follows its reference as promised: nothing that was measured breaks the promise of " + axis_file +
                 "."
           : "The promise of the controller is not kept; the table of the axis shows which figure. Repair what has "
-            "changed, or begin anew: eha commission RIG -o NEW_FOLDER.");
+            "changed, or begin anew: `" +
+                anew + "`.");
   lead += "<ul>" + item("valve sheet", state.result("sheet"), state.folder()) +
           item("record and models", state.result("record"), state.folder()) +
           item("trial in closed loop", track, state.folder()) + "</ul>" + valve_table(state.result("sheet"), unit) +
           model_part(state.result("record"), unit);
   if (state.has("prepare")) lead += warnings_of(state.result("prepare"));
   lead += report::paragraph(
-      fmt::format("For a PLC, C or MATLAB: eha export {} --format st (or c, simulink). Later, to see whether the axis "
-                  "still keeps its promise: eha track {}.",
-                  axis, axis));
-  return track_page(track::track_result(record::OpenRun(track.at("run").get<std::string>())), unit,
-                    "Commissioning of " + rig, lead)
-      .html;
+      fmt::format("For a PLC, C or MATLAB: `{}` (or c, simulink). Later, to see whether the axis "
+                  "still keeps its promise: `{}`.",
+                  suggest::export_for_plc(axis_file),
+                  suggest::track(suggest::access_of_run(record::read_manifest(trial.files()).other), axis_file)));
+  return track_page(track::track_result(trial), unit, "Commissioning of " + rig, lead).html;
 }
 
 }  // namespace eha::cli

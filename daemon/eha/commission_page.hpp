@@ -9,9 +9,9 @@
 namespace eha::cli {
 
 /// The report of a commissioning: verdict, the runs with links, valve, model, warnings of doctor, promised and measured
-/// figures, and the controller. @param rig  its name
+/// figures, and the controller. @param rig  its name   @param anew  command that begins another one
 /// @throws DataError, IoError, PermissionError  as track::track_result
-[[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig,
+[[nodiscard]] std::string commission_page(const CommissionState& state, const std::string& rig, const std::string& anew,
                                           const DisplayUnit& unit);
 
 }  // namespace eha::cli

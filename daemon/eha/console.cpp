@@ -19,6 +19,7 @@
 
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
+#include "daemon/eha/next_command.hpp"
 
 namespace eha::cli {
 namespace {
@@ -57,21 +58,30 @@ Console::Console(const ConsoleOptions& options)
   spdlog::set_default_logger(std::move(logger));
 }
 
+const suggest::RigAccess& Console::rig() const {
+  if (!rig_) rig_ = usual_access();
+  return *rig_;
+}
+
+std::string Console::with_commands(std::string_view text) const {
+  return text.find("`eha ") == std::string_view::npos ? std::string(text) : suggest::completed(text, rig());
+}
+
 void Console::error(std::string_view text) const {
   std::cout.flush();  // in one file with the errors no line is torn
-  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::error("{}", line); });
+  for_each_line(terminal_text(with_commands(text)), [](std::string_view line) { spdlog::error("{}", line); });
 }
 
 void Console::warning(std::string_view text) const {
   const bool is_named = subject_.empty() || text.find(subject_) != std::string_view::npos;
   const std::string whole = is_named ? std::string(text) : subject_ + ": " + std::string(text);
   std::cout.flush();
-  for_each_line(terminal_text(whole), [](std::string_view line) { spdlog::warn("{}", line); });
+  for_each_line(terminal_text(with_commands(whole)), [](std::string_view line) { spdlog::warn("{}", line); });
 }
 
 void Console::info(std::string_view text) const {
   std::cout.flush();
-  for_each_line(terminal_text(text), [](std::string_view line) { spdlog::info("{}", line); });
+  for_each_line(terminal_text(with_commands(text)), [](std::string_view line) { spdlog::info("{}", line); });
 }
 
 void Console::debug(std::string_view text) const {
@@ -80,7 +90,7 @@ void Console::debug(std::string_view text) const {
 
 void Console::print(std::string_view text) const {
   if (options_.json || hides_results_) return;
-  write_out(terminal_text(text));
+  write_out(terminal_text(with_commands(text)));
   if (text.empty() || text.back() != '\n') write_out("\n");
 }
 

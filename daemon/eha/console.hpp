@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/display_unit.hpp"
+#include "daemon/suggest/commands.hpp"
 
 namespace eha::cli {
 
@@ -41,6 +42,11 @@ class Console {
   [[nodiscard]] DisplayUnit unit(const std::string& of_rig = {}) const {
     return DisplayUnit(!options_.units.empty() ? options_.units : !typed_unit_.empty() ? typed_unit_ : of_rig);
   }
+
+  /// Sets how the commands in messages and results reach the rig (suggest::completed()).
+  void set_rig(suggest::RigAccess rig) { rig_ = std::move(rig); }
+  /// How the rig is reached: as set, else usual_access().
+  [[nodiscard]] const suggest::RigAccess& rig() const;
 
   /// Each line of `text` becomes a message of its own: "eha: error: ...".
   void error(std::string_view text) const;
@@ -99,7 +105,11 @@ class Console {
   /// Prints a message every 30 s where there is no terminal, the first after 30 s.
   void say_now_and_then(std::string_view line);
 
+  /// Text with the commands that it names in short completed.
+  [[nodiscard]] std::string with_commands(std::string_view text) const;
+
   ConsoleOptions options_;
+  mutable std::optional<suggest::RigAccess> rig_ = {};  ///< none: not asked for yet
   std::string typed_unit_ = {};  ///< of a length on the command line; empty: none
   std::string subject_ = {};     ///< see set_subject()
   bool bar_wanted_ = false;

@@ -13,10 +13,12 @@
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/control/socket_path.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/model_argument.hpp"
-#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/tuned_rig.hpp"
+#include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -34,23 +36,40 @@ bool is_controller_file(const std::string& path) {
   return config::kind_of(config::read_config_file(path), path) == config::FileKind::controller;
 }
 
-std::string track_of_controller(const std::string& file, const config::ControllerConfig& controller) {
-  const std::string track = "eha track " + shell_word(file);
-  const config::ControllerProvenance& from = controller.provenance;
-  try {
-    const config::RigConfig rig = rig_of(from.rig_file);
-    if (hal::moves_machine(rig.backend)) return track;
-    const Json entry = record::is_run_folder(from.run) ? entry_of_run(from.run, control::default_socket()) : Json();
-    if (entry.is_object()) return track + (entry.value("fast", false) ? " --fast" : "");
-    std::error_code ignored;
-    const auto standard = default_rig_file();
-    const bool is_named =
-        fs::is_regular_file(from.rig_file, ignored) && !(standard && fs::equivalent(from.rig_file, *standard, ignored));
-    const std::string option = is_named ? " --rig " + shell_word(from.rig_file) : rig_option(rig);
-    return track + option + " --local --fast";
-  } catch (const Error&) {  // the rig file or the run is elsewhere by now
-    return track;
+suggest::RigAccess access_of_rig(const config::RigConfig& rig, const std::string& rig_name, const std::string& run) {
+  if (hal::moves_machine(rig.backend)) return access_of(DriveOptions{});
+  if (record::is_run_folder(run)) {
+    const Json entry = entry_of_run(run, control::default_socket());
+    if (entry.is_object()) {
+      suggest::RigAccess of_service = access_of(DriveOptions{});
+      of_service.is_fast = entry.value("fast", false);
+      return of_service;
+    }
   }
+  return simulated_access(rig_name.empty() ? std::nullopt : std::optional(rig_name));
+}
+
+suggest::RigAccess access_of_controller(const std::string& file, const config::ControllerConfig& controller) {
+  const config::ControllerProvenance& from = controller.provenance;
+  suggest::RigAccess access;
+  try {
+    access = access_of_rig(rig_of(from.rig_file), rig_name_of(from.rig_file), from.run);
+  } catch (const Error&) {  // the rig file or the run is elsewhere by now
+    access = usual_access();
+  }
+  access.controller = file;
+  std::error_code ignored;
+  if (fs::is_regular_file(from.model, ignored)) access.model = from.model;
+  return access;
+}
+
+suggest::RigAccess for_a_page(suggest::RigAccess access) {
+  for (std::string* name : {&access.rig_file, &access.output, &access.controller, &access.model}) {
+    if (!name->empty()) *name = record::resolved_path(*name).string();
+  }
+  access.new_rig_file = suggest::RigAccess{}.new_rig_file;
+  access.new_controller.clear();
+  return access;
 }
 
 std::string rig_units_of_controller(const config::ControllerConfig& controller) {

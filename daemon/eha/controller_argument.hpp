@@ -17,7 +17,17 @@ namespace eha::cli {
 /// Returns the unit of lengths of the controller's rig file; empty if the file can no longer be read.
 [[nodiscard]] std::string rig_units_of_controller(const config::ControllerConfig& controller);
 
-/// `eha track CONTROLLER`, on a simulated rig with --local --fast and its rig file as `eha tune` offers it.
-[[nodiscard]] std::string track_of_controller(const std::string& file, const config::ControllerConfig& controller);
+/// How a rig is reached for the trial of a controller: a machine through the service, a simulated rig of a run of the
+/// service too, another one in this process.
+/// @param rig_name  for --rig; empty: the default one   @param run  that the controller's model is from
+[[nodiscard]] suggest::RigAccess access_of_rig(const config::RigConfig& rig, const std::string& rig_name,
+                                               const std::string& run);
+
+/// The same for the rig that a controller is made for.
+[[nodiscard]] suggest::RigAccess access_of_controller(const std::string& file,
+                                                      const config::ControllerConfig& controller);
+
+/// The same for a page, which may be read from anywhere: with absolute names.
+[[nodiscard]] suggest::RigAccess for_a_page(suggest::RigAccess access);
 
 }  // namespace eha::cli

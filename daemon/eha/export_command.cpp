@@ -153,7 +153,7 @@ ExitCode export_table(const ExportCommand& command, const config::ControllerConf
                       {"format", command.format},
                       {"file", command.output->string()}});
   console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(track_of_controller(command.source, controller));
+  console.next_step(suggest::track(access_of_controller(command.source, controller), command.source));
   return ExitCode::ok;
 }
 
@@ -198,7 +198,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
   } else {
     console.print(fmt::format("written: {} ({}, call it every {:g} s)", command.output->string(), function,
                               controller.settings.tick_s));
-    console.next_step(track_of_controller(command.source, controller));
+    console.next_step(suggest::track(access_of_controller(command.source, controller), command.source));
   }
   return ExitCode::ok;
 }

@@ -37,6 +37,7 @@
 #include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/record_findings.hpp"
@@ -215,13 +216,15 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   }
   // The part before a trip or a stop is short: recommends its report before a controller.
   const bool is_whole = acquisition::is_whole(source.outcome);
-  const bool asks_for_more = identify::next_step_of(identification).first != ident::FirstStep::none;
+  const bool asks_for_more = identify::next_step_of(identification).first != ident::FirstStep::none ||
+                             (source.run_folder && record::leak_beside(*source.run_folder));
   if (best && source.run_folder && (!is_whole || asks_for_more)) {
     return report_of_run(*source.run_folder, "eha runs show " + shell_word(source.run_folder->string()));
   }
   if (best && source.run_folder) {
-    const auto tune = command.output ? std::nullopt : tune_of_run(*source.run_folder);
-    return tune ? *tune : tune_of_model(written[*best], *source.run_folder);
+    const auto tune =
+        command.output ? std::nullopt : tune_of_run(*source.run_folder, access_of_run(*source.run_folder));
+    return tune ? *tune : tune_of_model(written[*best], *source.run_folder, access_of_run(*source.run_folder));
   }
   if (best) return "eha report " + shell_word(command.output->string()) + "/*.json";
   return importer::command_with(command.import, command.source, "-o " + shell_word(folder_to_offer(command, source)));
@@ -265,7 +268,7 @@ std::optional<ExitCode> computed_instead(const config::Played&, const FitCommand
 
 /// @throws DataError  always
 std::optional<ExitCode> computed_instead(const config::Placing&, const FitCommand& command, const Source&, Console&) {
-  throw DataError(fmt::format("{0}: a move of the rod to a place, which no model is fitted to; eha plot {0} shows it",
+  throw DataError(fmt::format("{0}: a move of the rod to a place, which no model is fitted to; `eha plot {0}` shows it",
                               shell_word(command.source)));
 }
 
@@ -295,6 +298,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   if (command.record.intersample == ident::Intersample::straight) identify::take_input_as_straight(source);
+  if (source.run_folder) {
+    const bool is_of_service = entry_of_run(*source.run_folder, control::default_socket()).is_object();
+    console.set_rig(access_of_run(*source.run_folder, is_of_service));
+  }
   print_import(source.guess, source.remarks, source.repairs, console);
   if (source.experiment) {
     const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };
@@ -335,8 +342,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
       console.warning(*advice);
     }
   }
+  const bool leaks = source.run_folder && warn_of_leak(*source.run_folder, console, source.units);
   for (const identify::IdentifiedModel& model : identification.models) {
-    if (model.result.model.name == identification.recommendation.model) say_map_note(model.result.model, console);
+    const bool is_recommended = model.result.model.name == identification.recommendation.model;
+    if (is_recommended && !leaks) say_map_note(model.result.model, console);
   }
   std::vector<fs::path> written = write(identification, command, source);
   if (source.run_folder && !command.output && !console.quiet()) {
@@ -364,12 +373,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
   if (first == ident::FirstStep::look_at_sensor) {
-    console.next_step((source.run_folder ? "eha read" : "eha plot " + shell_word(command.source)));
+    console.next_step((source.run_folder ? suggest::read(console.rig()) : "eha plot " + shell_word(command.source)));
   } else if (const auto next = identify::next_experiment_file(written)) {
-    const bool is_of_service =
-        source.run_folder && entry_of_run(*source.run_folder, control::default_socket()).is_object();
-    console.next_step(source.run_folder ? again_as_run(*source.run_folder, next->string(), is_of_service)
-                                        : "eha run " + shell_word(next->string()));
+    console.next_step(suggest::run(console.rig(), {next->string()}));
   } else if (const auto step = step_by_cause(command, source, identification, written); step && !cut) {
     console.next_step(*step);
   } else if (code == ExitCode::ok && !cut) {

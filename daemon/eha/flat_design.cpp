@@ -157,8 +157,9 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
   console.print(fmt::format("written: {}", file.string()));
-  console.next_step(hal::moves_machine(rig.backend) ? "eha run " + shell_word(file.string())
-                                                    : simulated_run(file.string(), command.rig_file));
+  console.next_step(hal::moves_machine(rig.backend)
+                        ? "eha run " + shell_word(file.string())
+                        : suggest::run(simulated_access(command.rig_file), {file.string()}));
   return ExitCode::ok;
 }
 

@@ -14,10 +14,10 @@
 #include "core/shell_word.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/manifest.hpp"
-#include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/display.hpp"
 #include "daemon/report/sheet_comparison.hpp"
-#include "daemon/sheet/run_sheet.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -43,22 +43,14 @@ static_assert(ident::kNotedShift_V <= config::kSameValve_V, "a shift that explai
 
 }  // namespace
 
-std::optional<fs::path> newest_sheet_run(const fs::path& run) {
-  const auto rig_of = [](const fs::path& folder) {
-    return record::read_manifest(folder).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
-  };
-  std::error_code ignored;
-  const std::string rig = rig_of(run);
-  const std::vector<fs::path> runs = record::list_runs(fs::canonical(run, ignored).parent_path());
-  const auto sheet = std::find_if(runs.rbegin(), runs.rend(), [&](const fs::path& one) {
-    return fs::is_regular_file(one / sheet::kSheetFile, ignored) && rig_of(one) == rig;
-  });
-  if (sheet == runs.rend()) return std::nullopt;
-  return run.parent_path() / sheet->filename();
+bool warn_of_leak(const fs::path& run, const Console& console, const std::string& units) {
+  const auto leak = record::leak_beside(run);
+  if (leak) console.warning(ident::leak_finding(*leak, console.unit(units)));
+  return leak.has_value();
 }
 
-std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
-  const auto sheet = nlohmann::json::parse(os::read_file(run / sheet::kSheetFile), nullptr, false);
+std::optional<FoundValve> valve_of_sheet(const fs::path& run, const suggest::RigAccess& rig) {
+  const auto sheet = nlohmann::json::parse(os::read_file(run / record::kSheetFile), nullptr, false);
   const auto value = [&](const char* key) -> std::optional<double> {
     const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
     if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;
@@ -69,17 +61,18 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run) {
   if (!null_V || !dead_band_V) return std::nullopt;
   return FoundValve{.map = {.zone = {*null_V, std::max(0.0, *dead_band_V)}},
                     .source = fmt::format("the valve sheet of {}", run.string()),
-                    .remedy = characterise_anew(run.string())};
+                    .remedy = suggest::sheet_into_rig_file(rig, run.string())};
 }
 
 bool is_of_one_valve(const ident::Model& model, const FoundValve& sheet) {
   return tune::is_of_one_valve(sheet.map.zone, tune::found_map(model));
 }
 
-FoundValve valve_of_model(const ident::Model& model, const std::string& name, const std::optional<FoundValve>& sheet) {
+FoundValve valve_of_model(const ident::Model& model, const std::string& name, const std::optional<FoundValve>& sheet,
+                          const suggest::RigAccess& rig) {
   return {.map = tune::found_map(model),
           .source = name,
-          .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : characterise_anew(),
+          .remedy = sheet && is_of_one_valve(model, *sheet) ? sheet->remedy : suggest::characterise(rig),
           .note = ident::map_note(model)};
 }
 
@@ -118,12 +111,12 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
 
 std::optional<std::string> warn_of_unused_sheet(const fs::path& run, const Console& console) {
   try {
-    const auto sheet_run = newest_sheet_run(run);
+    const auto sheet_run = record::newest_sheet_run(run);
     const auto rig = known_rig_of(run);
     if (!sheet_run || !rig) return std::nullopt;
-    const auto sheet = valve_of_sheet(*sheet_run);
+    const auto sheet = valve_of_sheet(*sheet_run, console.rig());
     // Of a leak that the sheet shows is said what to do, which is another thing.
-    if (!sheet::leak_of(sheet::sheet_of_run(*sheet_run).sheet, DisplayUnit("in")).empty()) return std::nullopt;
+    if (record::leak_in(*sheet_run)) return std::nullopt;
     if (sheet && warn_if_following_differs(*rig, *sheet, console)) return sheet->remedy;
   } catch (const Error& error) {  // a folder that the caller may not read
     console.debug(error.what());
@@ -131,16 +124,17 @@ std::optional<std::string> warn_of_unused_sheet(const fs::path& run, const Conso
   return std::nullopt;
 }
 
-bool warn_of_changed_valve(const fs::path& run, const Console& console) {
+ValveNow warn_of_changed_valve(const fs::path& run, const Console& console) {
   const auto file = recommended_model(run);
-  if (!file) return false;
+  if (!file) return ValveNow::as_known;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
+  if (warn_of_leak(run, console, record::rig_units(record::read_manifest(run).other))) return ValveNow::leaks;
   say_map_note(model, console);
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
-  if (!rig) return false;
-  const auto sheet_run = newest_sheet_run(run);
-  const auto sheet = sheet_run ? valve_of_sheet(*sheet_run) : std::nullopt;
-  FoundValve found = valve_of_model(model, "this record's model", sheet);
+  if (!rig) return ValveNow::as_known;
+  const auto sheet_run = record::newest_sheet_run(run);
+  const auto sheet = sheet_run ? valve_of_sheet(*sheet_run, console.rig()) : std::nullopt;
+  FoundValve found = valve_of_model(model, "this record's model", sheet, console.rig());
   found.note.clear();  // is said already
   const bool is_another = warn_if_following_differs(*rig, found, console);
   const DisplayUnit unit = console.unit(rig->units);
@@ -152,7 +146,8 @@ bool warn_of_changed_valve(const fs::path& run, const Console& console) {
     const std::string to_do = " " + beside->to_do.substr(0, beside->to_do.find_last_not_of(' ') + 1);
     console.warning(beside->headline + (is_another ? "" : to_do));
   }
-  return (has_changed || is_another) && !(sheet && is_of_one_valve(model, *sheet));
+  const bool is_measured_since = sheet && is_of_one_valve(model, *sheet);
+  return (has_changed || is_another) && !is_measured_since ? ValveNow::changed : ValveNow::as_known;
 }
 
 }  // namespace eha::cli

@@ -222,7 +222,7 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
     console.print(fmt::format("this experiment does not improve {}: {}", command.parameter, better.sentence));
   }
   console.print(fmt::format("written: {}", path.string()));
-  if (improves) console.next_step(simulated_run(path.string(), command.rig_file));
+  if (improves) console.next_step(suggest::run(simulated_access(command.rig_file), {path.string()}));
   if (better.command) console.next_step(*better.command);
   return ExitCode::ok;
 }

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -21,6 +22,7 @@
 #include "daemon/identify/source.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/report.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
@@ -40,9 +42,8 @@ std::string short_path(const fs::path& file) {
 
 }  // namespace
 
-std::string through(const std::filesystem::path& socket, std::string command) {
-  if (socket != control::default_socket()) command += " --socket " + shell_word(socket.string());
-  return command;
+std::string through(const fs::path& socket, std::string command) {
+  return suggest::through(socket == control::default_socket() ? "" : socket.string(), std::move(command));
 }
 
 std::string put_in_force(const fs::path& made, const fs::path& of_service, const fs::path& socket) {
@@ -50,27 +51,90 @@ std::string put_in_force(const fs::path& made, const fs::path& of_service, const
                      shell_word(of_service.string()), through(socket, "eha reload"));
 }
 
-std::string again(const RunCommand& run, const std::string& experiment) { return again(run, std::vector{experiment}); }
+namespace {
 
-std::string again(const RunCommand& run, const std::vector<std::string>& experiments) {
-  std::string command = "eha run";
-  for (const std::string& experiment : experiments) command += " " + shell_word(experiment);
-  if (run.local) command += " --local";
-  if (run.fast) command += " --fast";
-  if (run.accept_travel_risk) command += " --accept-travel-risk";
-  if (!run.local) return through(run.socket, command);
-  if (run.rig_file) command += " --rig " + shell_word(*run.rig_file);
-  if (run.output != RunCommand{}.output) command += " --output " + shell_word(run.output.string());
-  if (run.allow_non_realtime) command += " --allow-non-realtime";
-  return command;
+/// Names for new files.
+suggest::RigAccess with_free_names(suggest::RigAccess rig) {
+  constexpr const char* kUsualController = "controller.toml";
+  rig.new_rig_file = free_name(rig.new_rig_file);
+  // `eha tune` writes the usual file without -o, and overwrites none.
+  if (const std::string free = free_name(kUsualController); free != kUsualController) rig.new_controller = free;
+  return rig;
 }
 
-std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file) {
-  RunCommand run;
-  run.local = true;
-  run.fast = true;
-  run.rig_file = rig_file;
-  return again(run, experiment);
+}  // namespace
+
+suggest::RigAccess access_of(const DriveOptions& drive) {
+  suggest::RigAccess rig{.is_local = drive.local, .is_fast = drive.fast};
+  if (drive.local) {
+    rig.rig_file = drive.rig_file.value_or("");
+    if (drive.output != DriveOptions{}.output) rig.output = drive.output.string();
+    rig.allows_non_realtime = drive.allow_non_realtime;
+  } else if (drive.socket != control::default_socket()) {
+    rig.socket = drive.socket.string();
+  }
+  return with_free_names(std::move(rig));
+}
+
+suggest::RigAccess access_of(const RunCommand& run) {
+  suggest::RigAccess rig = access_of(static_cast<const DriveOptions&>(run));
+  rig.accepts_travel_risk = run.accept_travel_risk;
+  rig.controller = run.controller_file;
+  rig.model = run.controller_model;
+  return rig;
+}
+
+suggest::RigAccess simulated_access(const std::optional<std::string>& rig_file) {
+  DriveOptions drive;
+  drive.local = true;
+  drive.fast = true;
+  drive.rig_file = rig_file;
+  return access_of(drive);
+}
+
+suggest::RigAccess usual_access() {
+  std::error_code ignored;
+  const bool has_service = fs::exists(control::default_socket(), ignored);
+  return has_service || default_rig_moves_machine() ? access_of(DriveOptions{}) : simulated_access({});
+}
+
+std::string an_experiment() {
+  std::vector<fs::path> folders{fs::path(EHA_DATA_DIR) / "experiments", fs::path("config") / "experiments"};
+  if (const auto rig = default_rig_file()) folders.push_back(rig->parent_path().parent_path() / "experiments");
+  for (const fs::path& folder : folders) {
+    const fs::path file = folder / "paper.toml";
+    std::error_code ignored;
+    if (fs::is_regular_file(file, ignored)) return short_path(file);
+  }
+  return "EXPERIMENT.toml";
+}
+
+std::string rig_name(const fs::path& file) {
+  const std::optional<fs::path> usual = default_rig_file();
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || (usual && fs::equivalent(file, *usual, ignored))) return {};
+  return short_path(file);
+}
+
+suggest::RigAccess access_of_run(const fs::path& folder, bool asked_service) {
+  const nlohmann::ordered_json manifest = record::read_manifest(folder).other;
+  suggest::RigAccess rig = suggest::access_of_run(manifest);
+  const nlohmann::ordered_json::json_pointer backend("/device/backend");
+  if (!manifest.contains("played_by") && !rig.is_local) {
+    rig.is_local = !asked_service && manifest.contains(backend) && manifest.at(backend) == "sim";
+  }
+  std::error_code ignored;
+  const nlohmann::ordered_json::json_pointer file("/rig/file");
+  rig.rig_file.clear();
+  if (rig.is_local && manifest.contains(file) && manifest.at(file).is_string()) {
+    rig.rig_file = rig_name(manifest.at(file).get<std::string>());
+  }
+  for (std::string* name : {&rig.controller, &rig.model}) {
+    if (!name->empty()) *name = fs::exists(*name, ignored) ? short_path(*name) : std::string();
+  }
+  const std::string output = short_path(fs::absolute(folder, ignored).lexically_normal().parent_path());
+  if (rig.is_local && output != DriveOptions{}.output) rig.output = output;
+  return with_free_names(std::move(rig));
 }
 
 std::string free_name(const std::string& name) {
@@ -84,20 +148,21 @@ std::string free_name(const std::string& name) {
   return free.string();
 }
 
-std::string characterise_anew(const std::string& run) {
-  return fmt::format("eha characterise {}-o {}", run.empty() ? "" : shell_word(run) + " ", free_name("rig-new.toml"));
-}
-
 std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise) {
   const std::filesystem::path page = folder / report::kReportFile;
   std::error_code ignored;
   return std::filesystem::exists(page, ignored) ? "xdg-open " + shell_word(page.string()) : otherwise;
 }
 
-std::string next_after_trip(std::string_view fault, bool moves_machine) {
+std::string_view fault_name(std::string_view description) { return description.substr(0, description.find(' ')); }
+
+bool is_of_following(std::string_view fault) {
   constexpr std::array<std::string_view, 4> kOfFollowing{"no_motion", "not_in_place", "loop_speed", "wrong_speed"};
-  const bool is_of_following = std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
-  return is_of_following && !moves_machine ? characterise_anew() : "eha read";
+  return std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
+}
+
+std::string next_after_trip(std::string_view fault, bool moves_machine, const suggest::RigAccess& rig) {
+  return is_of_following(fault) && !moves_machine ? suggest::characterise(rig) : suggest::read(rig);
 }
 
 std::optional<std::string> fit_of_run(const fs::path& folder) {
@@ -125,26 +190,6 @@ bool has_rows(const fs::path& folder) {
   } catch (const Error&) {
     return false;
   }
-}
-
-std::string again_as_run(const fs::path& folder, const std::string& experiment, bool asked_service) {
-  using Json = nlohmann::ordered_json;
-  RunCommand run;
-  const Json other = record::read_manifest(folder).other;
-  const auto text = [&](const char* place) {
-    const Json::json_pointer pointer(place);
-    return other.contains(pointer) && other.at(pointer).is_string() ? other.at(pointer).get<std::string>()
-                                                                    : std::string();
-  };
-  run.fast = text("/time_base") == "virtual";
-  run.local = run.fast || (text("/device/backend") == "sim" && !asked_service);
-  const fs::path file = text("/rig/file");
-  const std::optional<fs::path> usual = default_rig_file();
-  std::error_code ignored;
-  const bool is_usual = usual && fs::equivalent(file, *usual, ignored);
-  if (run.local && !is_usual && fs::is_regular_file(file, ignored)) run.rig_file = short_path(file);
-  if (run.local) run.output = short_path(fs::absolute(folder, ignored).parent_path());
-  return again(run, experiment);
 }
 
 std::string partial_record_text(const fs::path& folder) {
@@ -198,34 +243,25 @@ namespace {
 
 ident::Model model_in(const fs::path& file) { return ident::model_from_text(os::read_file(file), file.string()); }
 
-/// " --sheet RUN" of the newest valve sheet of the same rig beside a run; empty without one, or if the valve has
-/// changed since.
-std::string sheet_option(const fs::path& folder, const ident::Model& model) {
-  const auto run = newest_sheet_run(folder);
+/// The newest valve sheet of the same rig beside a run; empty without one, or if the valve has changed since.
+std::string sheet_beside(const fs::path& folder, const ident::Model& model) {
+  const auto run = record::newest_sheet_run(folder);
   if (!run) return {};
   const auto sheet = valve_of_sheet(*run);
   if (model.input_map && sheet && !is_of_one_valve(model, *sheet)) return {};
-  return " --sheet " + shell_word(run->string());
-}
-
-/// " -o controller-2.toml" where the file that `eha tune` writes by default is there; it overwrites none.
-std::string output_option() {
-  constexpr const char* kUsual = "controller.toml";
-  const std::string free = free_name(kUsual);
-  return free == kUsual ? "" : " -o " + free;
+  return run->string();
 }
 
 }  // namespace
 
-std::optional<std::string> tune_of_run(const fs::path& folder, const std::optional<std::string>& rig_file) {
+std::optional<std::string> tune_of_run(const fs::path& folder, const suggest::RigAccess& rig) {
   const auto model = recommended_model(folder);
   if (!model) return std::nullopt;
-  return "eha tune " + shell_word(folder.string()) + (rig_file ? " --rig " + shell_word(*rig_file) : "") +
-         sheet_option(folder, model_in(*model)) + output_option();
+  return suggest::tune(rig, folder.string(), sheet_beside(folder, model_in(*model)));
 }
 
-std::string tune_of_model(const fs::path& model, const fs::path& run) {
-  return "eha tune " + shell_word(model.string()) + sheet_option(run, model_in(model)) + output_option();
+std::string tune_of_model(const fs::path& model, const fs::path& run, const suggest::RigAccess& rig) {
+  return suggest::tune(rig, model.string(), sheet_beside(run, model_in(model)));
 }
 
 }  // namespace eha::cli

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "core/shell_word.hpp"
+#include "daemon/suggest/commands.hpp"
 #include "ident/validation/first_step.hpp"
 
 namespace eha::cli {
 
+struct DriveOptions;
 struct RunCommand;
 
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
@@ -21,27 +23,46 @@ struct RunCommand;
 [[nodiscard]] std::string put_in_force(const std::filesystem::path& made, const std::filesystem::path& of_service,
                                        const std::filesystem::path& socket);
 
-/// `eha run EXPERIMENT` with the options of the last run, except --yes: the user is asked again.
-[[nodiscard]] std::string again(const RunCommand& run, const std::string& experiment);
-[[nodiscard]] std::string again(const RunCommand& run, const std::vector<std::string>& experiments);
+/// How a command of this user reaches the rig: with its options, but not --yes, so that the user is asked again. New
+/// files have names that are not taken.
+[[nodiscard]] suggest::RigAccess access_of(const DriveOptions& drive);
+[[nodiscard]] suggest::RigAccess access_of(const RunCommand& run);
 
-/// `eha run EXPERIMENT --local --fast`, on this rig file.
-[[nodiscard]] std::string simulated_run(const std::string& experiment, const std::optional<std::string>& rig_file);
+/// The simulated rig of this process; `eha run EXPERIMENT --local --fast` on this rig file.
+[[nodiscard]] suggest::RigAccess simulated_access(const std::optional<std::string>& rig_file);
+
+/// The same where no rig was named: through the service, or where there is none and the default rig is a simulated one,
+/// in this process.
+[[nodiscard]] suggest::RigAccess usual_access();
+
+/// An experiment to begin with: the shipped one. Without it a name to be replaced.
+[[nodiscard]] std::string an_experiment();
+
+/// How the run in a folder was played, as far as run.json says, from the present folder.
+/// @param asked_service  whether a service has the run
+[[nodiscard]] suggest::RigAccess access_of_run(const std::filesystem::path& folder, bool asked_service = false);
+
+/// A name of a rig file for --rig: relative to the present folder if it is below; empty for the default one and for a
+/// file that is not there.
+[[nodiscard]] std::string rig_name(const std::filesystem::path& file);
 
 /// Returns a file's name that is not taken in the present folder: "rig-new.toml", else "rig-new-2.toml", ...
 [[nodiscard]] std::string free_name(const std::string& name);
 
-/// `eha characterise [RUN] -o rig-new.toml`, with a name that is not taken. @param run  empty: a new measurement
-[[nodiscard]] std::string characterise_anew(const std::string& run = {});
-
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);
 
-/// Returns the command that looks for the cause of a placing's trip on a local rig: `eha read`, which shows whether the
-/// sensor follows the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as
-/// [following] says, `eha characterise`, which measures that.
+/// The name of the fault that a description of a run's end begins with.
+[[nodiscard]] std::string_view fault_name(std::string_view description);
+
+/// Whether a fault, by its name, may come from a wrong [following].
+[[nodiscard]] bool is_of_following(std::string_view fault);
+
+/// Returns the command that looks for the cause of a placing's trip: `eha read`, which shows whether the sensor follows
+/// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
+/// `eha characterise`, which measures that.
 /// @param fault  its name, such as "no_motion"
-[[nodiscard]] std::string next_after_trip(std::string_view fault, bool moves_machine);
+[[nodiscard]] std::string next_after_trip(std::string_view fault, bool moves_machine, const suggest::RigAccess& rig);
 
 /// `eha fit RUN`, with --discard 0 if the record ends within the discarded time; nothing for a record that is too short
 /// to fit, or has no rows to fit. Reads the record.
@@ -49,12 +70,6 @@ struct RunCommand;
 
 /// Whether a run has a row that can be read. False for a folder that this user may not read.
 [[nodiscard]] bool has_rows(const std::filesystem::path& folder);
-
-/// `eha run EXPERIMENT` as the run in the folder was played: --local, --fast and --rig for one of a simulated rig in
-/// this user's own process, as far as run.json says.
-/// @param asked_service  whether a service has the run
-[[nodiscard]] std::string again_as_run(const std::filesystem::path& folder, const std::string& experiment,
-                                       bool asked_service);
 
 /// "the partial record is in RUN; `eha fit RUN` fits it", or the reason why it cannot be fitted.
 [[nodiscard]] std::string partial_record_text(const std::filesystem::path& folder);
@@ -72,11 +87,11 @@ struct RunCommand;
 [[nodiscard]] std::optional<std::string> cut_of_run(const std::filesystem::path& folder);
 
 /// `eha tune RUN`, with the newest valve sheet of the same rig beside that run; nothing if the run recommends no model.
-/// @param rig_file  as named for the run; none: the default
 [[nodiscard]] std::optional<std::string> tune_of_run(const std::filesystem::path& folder,
-                                                     const std::optional<std::string>& rig_file = {});
+                                                     const suggest::RigAccess& rig);
 
 /// `eha tune MODEL` with the same sheet, for a model of that run's record.
-[[nodiscard]] std::string tune_of_model(const std::filesystem::path& model, const std::filesystem::path& run);
+[[nodiscard]] std::string tune_of_model(const std::filesystem::path& model, const std::filesystem::path& run,
+                                        const suggest::RigAccess& rig);
 
 }  // namespace eha::cli

@@ -105,8 +105,9 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
   console.print(fmt::format("written: {}", file.string()));
-  console.next_step(hal::moves_machine(rig.backend) ? "eha run " + shell_word(file.string())
-                                                    : simulated_run(file.string(), command.rig_file));
+  console.next_step(hal::moves_machine(rig.backend)
+                        ? "eha run " + shell_word(file.string())
+                        : suggest::run(simulated_access(command.rig_file), {file.string()}));
   return ExitCode::ok;
 }
 

@@ -112,7 +112,7 @@ WayBack way_back_of(const PlaceCommand& command, const PlaceNow& now, const std:
   if (!can_ask && !(command.way_back && command.yes)) {
     throw UsageError(fmt::format(
         "{}; nothing was moved. Look at the rod. If it stands there: the same with --way-back --yes brings it "
-        "inward. If not, the sensor is wrong: eha read, eha calibrate",
+        "inward. If not, the sensor is wrong: `eha read`, `eha calibrate`",
         stands));
   }
   if (!command.way_back && !console.confirm(fmt::format("Look at the rod: {}. Does it stand there?", stands))) {

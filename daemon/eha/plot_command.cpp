@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/controller_config.hpp"
 #include "config/rig_config.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
@@ -307,7 +308,8 @@ std::string next_after_plot(const std::string& source) {
   const std::string word = shell_word(source);
   if (record::is_run_folder(source)) return report_of_run(source, "eha runs show " + word);
   if (fs::is_directory(source, ignored)) return {};
-  if (is_controller_file(source)) return "eha track " + word;
+  if (is_controller_file(source))
+    return suggest::track(access_of_controller(source, config::load_controller(source)), source);
   if (fs::path(source).extension() == ".json") return "eha report " + word;
   if (!is_own_table(source)) return "eha fit " + word + " -o models";
   const record::NumberTable table = record::read_number_table(source);

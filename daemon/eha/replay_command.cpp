@@ -273,7 +273,7 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
   if (calibration && is_doubtful(*calibration)) {
     console.next_step(next_of_doubtful(command, further));
   } else if (calibration) {
-    console.next_step("eha run EXPERIMENT.toml --local --fast --rig " + shell_word(command.twin.string()));
+    console.next_step(suggest::run(simulated_access(command.twin.string()), {an_experiment()}));
   } else {
     console.next_step(
         fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", shell_word(command.source)));

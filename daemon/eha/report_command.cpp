@@ -56,8 +56,8 @@ bool is_complete_trial(const record::OpenRun& run) {
   if (manifest.outcome && !fs::exists(run.files() / track::kTrackRows)) {
     try {
       track::write_ended_track(run);
-    } catch (const DataError&) {
-      return false;  // nothing was recorded; the page says so
+    } catch (const Error&) {
+      return false;  // nothing was recorded, or the folder is another user's; the page says what there is
     }
   }
   return false;
@@ -108,6 +108,7 @@ ExitCode execute(const ReportCommand& command, Console& console) {
           fmt::format("{}: its model or rig file is no longer there, or has changed; the plots are left out",
                       command.sources.front()));
     }
+    subject.rig = for_a_page(access_of_controller(command.sources.front(), subject.controller));
     subject.unit = console.unit(rig_units_of_controller(subject.controller));
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);

@@ -46,7 +46,7 @@ std::string asked_ruler() {
   if (isatty(STDIN_FILENO) != 1 || isatty(STDERR_FILENO) != 1) {
     throw UsageError(
         "the rig file has no [following], so that nothing shows a wrong calibration of the sensor before the rod "
-        "moves: read its position off a ruler and add --ruler LENGTH, or calibrate first (eha calibrate)");
+        "moves: read its position off a ruler and add --ruler LENGTH, or calibrate first (`eha calibrate`)");
   }
   std::cerr << "The rig file has no [following]. Position of the rod by a ruler, such as 2.95in or 75mm: "
             << std::flush;
@@ -68,7 +68,7 @@ void require_agreement_with_ruler(const DriveOptions& command, const std::option
     throw ConfigError(
         fmt::format("the sensor shows the rod at {:.3f} in, the ruler at {:.3f} in; they may differ by {:g} in: "
                     "calibrate the sensor "
-                    "(eha calibrate) before the rod moves",
+                    "(`eha calibrate`) before the rod moves",
                     *shown_in, *ruler_in, kRulerTolerance_in));
   }
   console.info(

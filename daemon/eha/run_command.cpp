@@ -157,20 +157,17 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   return acquired;
 }
 
-/// A command on the rig of a local run. @param in_real_time  not with --fast
-std::string on_local_rig(const RunCommand& run, std::string command, bool in_real_time) {
-  command += " --local";
-  if (run.rig_file) command += " --rig " + shell_word(*run.rig_file);
-  return in_real_time || command.starts_with("eha read") ? command : command + " --fast";
-}
-
 /// Reports a run that did not complete or lost its guard: the cause, and the kept record.
-ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
-                           const config::ExperimentConfig& experiment, const config::RigConfig& rig, Console& console) {
+ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentConfig& experiment,
+                           const config::RigConfig& rig, Console& console) {
   const DisplayUnit unit = console.unit(rig.units);
   const bool characterises = experiment.characterises();
   const play::FinishedRun& run = acquired.run;
-  if (!acquisition::is_whole(run.report.outcome)) console.error(acquisition::describe(run.report, unit));
+  if (!acquisition::is_whole(run.report.outcome)) {
+    const std::string end = acquisition::describe(run.report, unit);
+    const bool is_known = experiment.tracking() != nullptr && stood_at_its_end(run.folder);
+    console.error(is_known ? record::without_causes(end) : end);
+  }
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   if (characterises && rig.limits.following) {
@@ -186,8 +183,6 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
     console.info(fmt::format("the partial record is in {}; once there is room, `eha runs recover {}` completes it",
                              folder, shell_word(folder)));
   } else if (experiment.tracking() != nullptr) {
-    if (run.report.outcome == acquisition::Outcome::faulted)
-      explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
     console.info(kept_record_text(run.folder));
   } else if (run.only_placed || characterises) {
     console.info(kept_record_text(run.folder));
@@ -205,16 +200,14 @@ ExitCode report_incomplete(const Acquired& acquired, const RunCommand& command,
                       {"outcome", acquisition::to_text(run.report.outcome)},
                       {"exit_code", static_cast<int>(code)}});
   const auto remedy = code == ExitCode::safety_trip ? warn_of_unused_sheet(run.folder, console) : std::nullopt;
-  if (remedy) {
-    console.next_step(*remedy);
-  } else if (experiment.tracking() != nullptr && code == ExitCode::safety_trip &&
-             next_after_trip(acquisition::to_text(run.report.fault.fault), hal::moves_machine(rig.backend)) !=
-                 "eha read") {
-    console.next_step(on_local_rig(command, characterise_anew(), !command.fast));
+  if (remedy) console.next_step(*remedy);
+  if (experiment.tracking() != nullptr) {
+    explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
+  } else if (remedy) {
+    return code;
   } else if (run.only_placed && code == ExitCode::safety_trip) {
-    const bool moves = hal::moves_machine(rig.backend);
     const auto cause = acquisition::to_text(run.report.fault.fault);
-    console.next_step(on_local_rig(command, next_after_trip(cause, moves), moves));
+    console.next_step(next_after_trip(cause, hal::moves_machine(rig.backend), console.rig()));
   } else if (has_page) {
     console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));
     if (const auto fit = fit_of_run(run.folder)) console.next_step(*fit);
@@ -236,7 +229,7 @@ ExitCode report_placed(const play::FinishedRun& run, double place_in, const std:
   return ExitCode::ok;
 }
 
-ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console& console) {
+ExitCode identify_run(const fs::path& folder, Console& console) {
   const identify::Source source = identify::load_source(folder.string(), std::nullopt);
   const identify::IdentificationTask task = identify::task_of(source);
   for (const std::string& remark : source.remarks) console.warning(remark);
@@ -253,18 +246,18 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
       identification, written,
       {{"schema", "eha-run/1"}, {"run", folder.string()}, {"outcome", acquisition::to_text(source.outcome)}}, unit,
       console);
-  const bool has_changed = warn_of_changed_valve(folder, console);
+  const ValveNow valve = warn_of_changed_valve(folder, console);
   const ident::NextStep first = identify::next_step_of(identification);
   const auto cut = first.cut_options.empty() ? std::nullopt : cut_of_run(folder);
   if (cut) console.next_step(*cut);
-  if (first.first == ident::FirstStep::look_at_sensor) console.next_step(on_local_rig(command, "eha read", true));
+  if (first.first == ident::FirstStep::look_at_sensor) console.next_step(suggest::read(console.rig()));
   const auto next = identify::next_experiment_file(written);
-  console.next_step(next ? again(command, next->string())
+  console.next_step(next ? suggest::run(console.rig(), {next->string()})
                          : report_of_run(folder, "eha runs show " + shell_word(folder.string())));
-  if (has_changed && !next) {
-    console.next_step(on_local_rig(command, characterise_anew(), !command.fast));
-  } else if (const auto tune = tune_of_run(folder, command.rig_file);
-             tune && !next && first.first == ident::FirstStep::none) {
+  if (valve == ValveNow::changed && !next) {
+    console.next_step(suggest::characterise(console.rig()));
+  } else if (const auto tune = tune_of_run(folder, console.rig());
+             tune && !next && valve == ValveNow::as_known && first.first == ident::FirstStep::none) {
     console.next_step(*tune);
   }
   return identify::exit_code(identification.models);
@@ -272,14 +265,14 @@ ExitCode identify_run(const fs::path& folder, const RunCommand& command, Console
 
 // The outcome of each kind.
 
-ExitCode conclude(const config::Played&, const play::FinishedRun& run, const RunCommand& command,
-                  const config::RigConfig&, Console& console) {
-  return identify_run(run.folder, command, console);
+ExitCode conclude(const config::Played&, const play::FinishedRun& run, const RunCommand&, const config::RigConfig&,
+                  Console& console) {
+  return identify_run(run.folder, console);
 }
 
-ExitCode conclude(const config::Placing& placing, const play::FinishedRun& run, const RunCommand& command,
+ExitCode conclude(const config::Placing& placing, const play::FinishedRun& run, const RunCommand&,
                   const config::RigConfig& rig, Console& console) {
-  std::string next = on_local_rig(command, "eha read", true);
+  std::string next = suggest::read(console.rig());
   if (begins_anew(rig, Player::local)) {
     next = "eha plot " + shell_word(run.folder.string());
     console.info(
@@ -345,7 +338,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
-    return {report_incomplete(acquired, command, experiment, rig, console), false};
+    return {report_incomplete(acquired, experiment, rig, console), false};
   }
   if (acquired.was_stopped && !run.only_placed) {
     console.info(fmt::format("stopped after the motion: the record is whole, and nothing is computed from it; {}",
@@ -363,6 +356,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
 }  // namespace
 
 ExitCode execute(const RunCommand& command, Console& console) {
+  console.set_rig(access_of(command));
   if (!command.local) return run_through_service(command, console);
   config::RigConfig rig = load_rig_or_default(command.rig_file);
   if (command.simulated_tick_s && !hal::moves_machine(rig.backend) &&
@@ -425,7 +419,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
     console.info(fmt::format("not played, because the experiment before did not complete: {}", fmt::join(rest, ", ")));
   }
   console.next_step("eha runs list " + shell_word(command.output.string()));
-  if (!rest.empty()) console.next_step(again(command, rest));
+  if (!rest.empty()) console.next_step(suggest::run(console.rig(), rest));
   return code;
 }
 

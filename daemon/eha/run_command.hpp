@@ -14,10 +14,15 @@ namespace eha::cli {
 
 class Console;
 
+/// Name of the experiment that `eha characterise` plays.
+inline constexpr const char* kCharacterising = "characterise";
+
 struct RunCommand : DriveOptions {
   std::string experiment_file = {};
   std::vector<std::string> further_files = {};  ///< played after the first one, in order
   std::optional<std::string> text = {};         ///< of the experiment; none: experiment_file is read
+  std::string controller_file = {};             ///< whose trial is played; empty: none
+  std::string controller_model = {};            ///< that it was made of
   bool detach = false;                          ///< queue without waiting
   bool accept_travel_risk = false;              ///< play even if the rehearsal refuses
   std::optional<std::string> ruler = {};        ///< reading of a ruler at the rod, for [characterise]; none: asked for

@@ -16,11 +16,13 @@
 #include <utility>
 #include <vector>
 
+#include "config/controller_config.hpp"
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/model_list.hpp"
@@ -87,6 +89,12 @@ void say_if_disarmed(const RunCommand& command, const Console& console) {
 }
 
 /// @param rig  as the service's status has it
+/// The page of a run that ended early: the service writes none, and this user may not write into the run's folder.
+std::string page_of_ended(const std::filesystem::path& folder) {
+  const std::string page = free_name(folder.filename().string() + ".html");
+  return report_of_run(folder, fmt::format("eha report {} -o {}", shell_word(folder.string()), shell_word(page)));
+}
+
 ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {
   const std::string units = rig.value("units", "");
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
@@ -109,11 +117,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   }
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
-  const std::string after_trip = remedy.value_or(through(command.socket, "eha read"));
+  const std::string after_trip = remedy.value_or(suggest::read(console.rig()));
   if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
   if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
-  if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking &&
-      entry.value("outcome", "") == "faulted") {
+  if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry)) {
     explain_ended_trial(folder, units, TrackFiles::keep, console);
     console.info(kept_record_text(folder));
   } else if (!folder.empty() && !has_completed(entry)) {
@@ -129,31 +136,32 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (entry.value("placed_in", Json()).is_number()) {
     if (code == ExitCode::ok) {
       if (!folder.empty()) warn_of_unused_sheet(folder, console);
-      print_place(entry.at("placed_in").get<double>(), units, through(command.socket, "eha read"), console);
+      print_place(entry.at("placed_in").get<double>(), units, suggest::read(console.rig()), console);
     }
     if (has_tripped) console.next_step(after_trip);
     return code;
   }
   print_answer_of_service(entry, console);
   if (has_tripped) console.next_step(after_trip);
+  if (!folder.empty() && !has_completed(entry) && has_rows(folder)) console.next_step(page_of_ended(folder));
   if (code == ExitCode::model_rejected) {
     const auto cut = cut_of_run(folder);
     if (cut) console.next_step(*cut);
-    if (first_of_run(folder).first == ident::FirstStep::look_at_sensor)
-      console.next_step(through(command.socket, "eha read"));
+    if (first_of_run(folder).first == ident::FirstStep::look_at_sensor) console.next_step(suggest::read(console.rig()));
     const std::filesystem::path next = std::filesystem::path(folder) / identify::kNextExperimentFile;
     std::error_code unknown;
     console.next_step(!cut && std::filesystem::exists(next, unknown)
-                          ? again(command, next.string())
+                          ? suggest::run(console.rig(), {next.string()})
                           : report_of_run(folder, "eha runs show " + shell_word(folder)));
   }
   if (code == ExitCode::ok) {
-    const bool has_changed = warn_of_changed_valve(folder, console);
+    const ValveNow valve = warn_of_changed_valve(folder, console);
     if (const auto cut = cut_of_run(folder)) console.next_step(*cut);
     console.next_step(report_of_run(folder, "eha runs show " + shell_word(folder)));
-    if (has_changed) {
-      console.next_step(through(command.socket, characterise_anew()));
-    } else if (const auto tune = tune_of_run(folder); tune && first_of_run(folder).first == ident::FirstStep::none) {
+    if (valve == ValveNow::changed) {
+      console.next_step(suggest::characterise(console.rig()));
+    } else if (const auto tune = tune_of_run(folder, console.rig());
+               tune && valve == ValveNow::as_known && first_of_run(folder).first == ident::FirstStep::none) {
       console.next_step(*tune);
     }
   }
@@ -259,6 +267,18 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
   return ExitCode::ok;
 }
 
+/// The command that the user has given, for the rig.
+std::string as_given(const suggest::RigAccess& rig, const RunCommand& command) {
+  if (!command.controller_file.empty()) {
+    const config::ControllerConfig controller = config::load_controller(command.controller_file);
+    return suggest::track(access_of_controller(command.controller_file, controller), command.controller_file);
+  }
+  if (command.experiment_file == kCharacterising) return suggest::characterise(rig);
+  std::vector<std::string> experiments{command.experiment_file};
+  experiments.insert(experiments.end(), command.further_files.begin(), command.further_files.end());
+  return suggest::run(rig, experiments);
+}
+
 }  // namespace
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
@@ -270,11 +290,9 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     if (!default_rig_moves_machine()) {
       RunCommand local = command;
       local.local = true;
-      std::vector<std::string> experiments{command.experiment_file};
-      experiments.insert(experiments.end(), command.further_files.begin(), command.further_files.end());
       throw DeviceError(
           fmt::format("`{}` plays it on the simulated rig, without the service. Where ehad drives a rig: {}",
-                      again(local, experiments), error.what()));
+                      as_given(access_of(local), command), error.what()));
     }
     throw DeviceError(fmt::format(
         "{}. Only where ehad drives no rig: the same command with --local plays it in this process", error.what()));

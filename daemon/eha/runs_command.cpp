@@ -55,7 +55,8 @@ std::string verdict_of(const record::RunSummary& run) {
   if (run.purpose == record::Purpose::valve_sheet) {
     std::error_code error;
     const bool has_sheet = fs::exists(fs::path(run.folder) / sheet::kSheetFile, error);
-    return has_sheet || error ? "a valve sheet" : "no valve sheet: eha characterise RUN says why";
+    return has_sheet || error ? "a valve sheet"
+                              : fmt::format("no valve sheet: eha characterise {} says why", shell_word(run.folder));
   }
   if (run.purpose == record::Purpose::tracking) return "a controller's trial";
   if (run.models.empty()) return "not fitted";
@@ -185,9 +186,9 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   if (!asks_service) name_runs_of_service(here, console);
   if (list.runs.empty()) {
     console.print(fmt::format("no runs in {}", list.folder));
-    console.next_step(asks_service
-                          ? through(command.socket.value_or(control::default_socket()), "eha run EXPERIMENT.toml")
-                          : "eha run EXPERIMENT.toml --local --fast");
+    console.next_step(asks_service ? through(command.socket.value_or(control::default_socket()),
+                                             "eha run " + shell_word(an_experiment()))
+                                   : suggest::run(simulated_access({}), {an_experiment()}));
     return ExitCode::ok;
   }
   std::vector<std::vector<std::string>> rows;

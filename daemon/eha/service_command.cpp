@@ -209,12 +209,13 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     // A person should look at the run of a fault before the next one.
     const std::string run = answer.value("acknowledged_run", "");
     if (!run.empty()) next(("eha runs show " + shell_word(run)).c_str());
+    const std::string run_any = "eha run " + shell_word(an_experiment());
     const bool goes_on = run.empty() || !way.empty() || !answer.value("held", Json::array()).empty();
     if (!goes_on) return;
     next(!way.empty()                                   ? way.c_str()
          : !answer.value("held", Json::array()).empty() ? "eha queue release"
-         : answer.value("characterised", true)          ? "eha run EXPERIMENT.toml"
-                                                        : "eha characterise");
+         : answer.value("characterised", true)          ? run_any.c_str()
+                                                        : "eha characterise -o rig-new.toml");
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
     next("eha status");

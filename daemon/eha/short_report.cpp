@@ -188,12 +188,12 @@ std::string map_caution(const Model& model) {
   if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model)) return {};
   if (const std::optional<double> shift = ident::noted_shift(model); shift && !ident::is_one_way(*model.input_map)) {
     return fmt::format(
-        "each may be up to {:.2g} V off the valve's, whatever its interval says: eha characterise measures them",
+        "each may be up to {:.2g} V off the valve's, whatever its interval says: `eha characterise` measures them",
         *shift);
   }
   if (!ident::map_note(model).empty()) return {};
-  return "null and dead band +- this record's noise; friction and the structure shift them further: eha characterise "
-         "measures them";
+  return "null and dead band +- this record's noise; friction and the structure shift them further: "
+         "`eha characterise` measures them";
 }
 
 std::string what_it_is(const Model& model) {

@@ -27,10 +27,11 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
+#include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_header.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/report.hpp"
-#include "daemon/sheet/run_sheet.hpp"
 #include "daemon/track/track_result.hpp"
 
 namespace eha::cli {
@@ -108,25 +109,10 @@ std::string reference_text(const std::string& file, const ident::AxisSettings& s
   return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
 }
 
-/// The sheet that a trial's controller was made with, or the newest one beside the trial; none without either.
-std::optional<ident::ValveSheet> sheet_of_trial(const record::OpenRun& trial) {
-  try {
-    if (auto sheet = sheet_of(track::played_track(trial).controller)) return sheet;
-    const auto run = newest_sheet_run(trial.path());
-    return run ? std::optional(sheet::sheet_of_run(*run).sheet) : std::nullopt;
-  } catch (const Error&) {  // nothing was recorded, or the run of the sheet may not be read
-    return std::nullopt;
-  }
-}
-
-/// Says what a leak on the valve's sheet has to do with a promise that is not kept; empty without one.
-std::string leak_sentence(const std::optional<ident::ValveSheet>& sheet, const DisplayUnit& unit) {
-  const std::string leak = sheet ? sheet::leak_of(*sheet, unit) : std::string();
-  if (leak.empty()) return {};
-  return fmt::format(
-      "by the valve sheet {}. That moves null and dead band of the moving rod, and another sheet or controller does "
-      "not mend it: repair the leak, then eha characterise and eha tune",
-      leak);
+/// The leak of a trial's rig: by the newest valve sheet beside it, else by the controller's.
+std::optional<ident::Leak> leak_of(const record::OpenRun& trial, const config::ControllerConfig& controller) {
+  if (const auto run = record::newest_sheet_run(trial.path())) return record::leak_in(*run);
+  return controller.provenance.sheet.empty() ? std::nullopt : record::leak_in(controller.provenance.sheet);
 }
 
 }  // namespace
@@ -163,6 +149,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   tune::ControllerSubject subject = controller_subject(result.controller);
   subject.title = title;
   subject.lead_html = lead_html;
+  subject.rig = suggest::access_of_run(record::read_manifest(result.opened.files()).other);
   if (lead_html.empty()) {
     subject.lead_html = report::paragraph(fmt::format("{}.", track::kept_text(result)));
   }
@@ -179,28 +166,45 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   return tune::controller_page(subject);
 }
 
+bool stood_at_its_end(const std::filesystem::path& folder) {
+  try {
+    return !track::stood_under_volts(record::OpenRun(folder), DisplayUnit("in")).empty();
+  } catch (const Error&) {  // nothing was recorded
+    return false;
+  }
+}
+
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
                          const Console& console) {
   try {
     const record::OpenRun run(folder);
-    const std::vector<std::string> changes = track::changes_until_fault(run, console.unit(rig_units));
-    for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
-    const std::optional<ident::ValveSheet> sheet = sheet_of_trial(run);
-    const std::string stood = track::stood_under_volts(run, console.unit(rig_units));
-    if (!stood.empty()) console.info(stood);
-    if (const std::string leak = leak_sentence(sheet, console.unit(rig_units)); !leak.empty()) {
-      console.info("the promise is not kept; " + leak);
+    const record::Manifest manifest = record::read_manifest(run.files());
+    const bool is_broken = manifest.outcome == acquisition::Outcome::faulted;
+    const DisplayUnit unit = console.unit(rig_units);
+    const std::optional<ident::Leak> leak = leak_of(run, track::played_track(run).controller);
+    if (is_broken) {
+      const std::vector<std::string> changes = track::changes_until_fault(run, unit);
+      for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
+      const std::string stood = track::stood_under_volts(run, unit, leak);
+      if (!stood.empty()) console.info(stood);
+      console.info(leak              ? "the promise is not kept. " + ident::leak_finding(*leak, unit)
+                   : changes.empty() ? std::string("the promise is not kept")
+                                     : "the promise is not kept: the valve is not the one that the controller was made "
+                                       "for; `eha characterise`, then `eha tune`");
     } else {
-      console.info(changes.empty()
-                       ? "the promise is not kept"
-                       : "the promise is not kept: the valve is not the one that the controller was made for; "
-                         "eha characterise, then eha tune; or all of it: eha commission RIG -o NEW_FOLDER");
+      console.info("the trial was stopped: the promise is not judged");
     }
     if (files == TrackFiles::write) {
-      track::write_ended_track(run, sheet ? sheet::leak_of(*sheet, DisplayUnit("in")) : std::string());
-      for (const std::string& missing : report::write_into_run(run, console.unit(rig_units))) console.warning(missing);
+      track::write_ended_track(run, leak);
+      for (const std::string& missing : report::write_into_run(run, unit)) console.warning(missing);
     }
     console.next_step(report_of_run(folder, "eha plot " + shell_word(folder.string())));
+    const bool is_of_valve = manifest.report && is_of_following(fault_name(manifest.report->description));
+    if (is_broken && !leak && is_of_valve && console.rig().is_fast) {
+      console.next_step(suggest::characterise(console.rig()));
+    } else if (!is_broken && !console.rig().controller.empty()) {
+      console.next_step(suggest::track(console.rig(), console.rig().controller));
+    }
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());
   }
@@ -227,7 +231,7 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
   console.print_json(document);
   console.print(track::track_text(result, unit));
   if (!result.is_kept()) {
-    if (const std::string leak = leak_sentence(sheet_of_trial(run), unit); !leak.empty()) console.info(leak);
+    if (const auto leak = leak_of(run, result.controller)) console.info(ident::leak_finding(*leak, unit));
   }
   if (wanted == TrackFiles::write) {
     console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
@@ -238,7 +242,10 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
     console.print("The plant for MATLAB: eha export " + shell_word(model) + " --format tf");
     console.print("Its Bode plot: eha plot " + shell_word(model) + " -o bode.svg");
   }
-  console.print("The controller for a PLC, C, MATLAB: eha export CONTROLLER --format st (or c, simulink)");
+  if (const std::string& controller = console.rig().controller; !controller.empty()) {
+    console.print(
+        fmt::format("The controller for a PLC, C, MATLAB: {} (or c, simulink)", suggest::export_for_plc(controller)));
+  }
   console.next_step(report_of_run(result.folder, "eha report " + shell_word(result.folder.string())));
   console.next_step("eha plot " + shell_word(result.folder.string()) + " -o track.png");
   return code;
@@ -279,21 +286,29 @@ ExitCode execute(const TrackCommand& command, Console& console) {
   std::error_code ignored;
   if (std::filesystem::is_directory(command.source, ignored)) {
     const record::Manifest manifest = record::read_manifest(command.source);
+    console.set_rig(access_of_run(command.source));
     if (record::purpose_of(manifest) == record::Purpose::tracking &&
-        manifest.outcome == acquisition::Outcome::faulted) {
-      console.info(fmt::format("{}: {}", command.source, manifest.report ? manifest.report->description : "faulted"));
+        (manifest.outcome == acquisition::Outcome::faulted || manifest.outcome == acquisition::Outcome::interrupted)) {
+      const std::string end = manifest.report ? manifest.report->description : "";
+      console.info(
+          fmt::format("{}: {}", command.source, stood_at_its_end(command.source) ? record::without_causes(end) : end));
       explain_ended_trial(command.source, record::rig_units(manifest.other), TrackFiles::keep, console);
-      return ExitCode::model_rejected;
+      return manifest.outcome == acquisition::Outcome::faulted ? ExitCode::model_rejected : ExitCode::interrupted;
     }
     return show_track(record::OpenRun(command.source), TrackFiles::keep, console);
   }
   RunCommand run{command};
   run.experiment_file = "track " + command.source;
+  run.controller_file = command.source;
   const std::string text = config::read_config_file(command.source);
   const config::ControllerConfig controller = config::parse_controller(text, command.source);
+  if (std::filesystem::is_regular_file(controller.provenance.model, ignored)) {
+    run.controller_model = controller.provenance.model;
+  }
   if (!command.unit.empty()) console.take_typed_unit(command.unit);
   require_room(command, controller.settings, console);
-  run.text = config::track_experiment(controller.name, text, command.motion);
+  run.text =
+      config::track_experiment(controller.name, text, command.motion, record::resolved_path(command.source).string());
   if (command.reference) *run.text += reference_text(*command.reference, controller.settings);
   run.simulated_tick_s = controller.settings.tick_s;
   return execute(run, console);

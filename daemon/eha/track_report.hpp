@@ -33,8 +33,12 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console&
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
                                       const std::string& title = {}, const std::string& lead_html = {});
 
-/// Reports a trial that a fault ended: the promise is not kept. Prints the valve that the rod's motion shows until
-/// then, and writes it to track.json.
+/// Whether the rod stood at a resting reference when a fault ended the trial (track::stood_under_volts()), which shows
+/// more of the cause than the list of what is likely.
+[[nodiscard]] bool stood_at_its_end(const std::filesystem::path& folder);
+
+/// Reports a trial that ended early: by a fault, so that the promise is not kept, or because it was stopped. Prints the
+/// valve that the rod's motion shows until a fault, writes it to track.json, and leads on.
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
                          const Console& console);
 

@@ -31,6 +31,7 @@
 #include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/expected_trip.hpp"
@@ -126,6 +127,13 @@ std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& m
   return std::nullopt;
 }
 
+/// The leak of the rig, by the valve sheet that is named, else by the newest one beside the model's run.
+std::optional<ident::Leak> leak_of(const TuneCommand& command, const ident::Model& model) {
+  if (command.sheet_run) return record::leak_in(*command.sheet_run);
+  const std::optional<fs::path> run = run_of(command, model);
+  return run ? record::leak_beside(*run) : std::nullopt;
+}
+
 /// Finds the rig file: the named one, or that of the run which the model is from. The default one counts instead if it
 /// is of the same rig: limits and [following] may have changed since, and the loop runs with them as they are now.
 fs::path rig_path(const TuneCommand& command, const ident::Model& model, const Console& console) {
@@ -169,17 +177,14 @@ void refuse_existing(const fs::path& file) {
       fmt::format("{}: exists already, and no controller is overwritten; name another one with -o", file.string()));
 }
 
-std::string rig_words(const TuneCommand& command, const config::RigConfig& rig) {
-  return command.rig_file ? " --rig " + shell_word(*command.rig_file) : rig_option(rig);
-}
-
-/// Returns the command that tries the controller on a simulated rig: the service's, if the run was its own.
-std::string track_command(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
-                          const std::string& file) {
-  const std::optional<fs::path> run = run_of(command, model);
-  const Json entry = run ? entry_of_run(*run, control::default_socket()) : Json();
-  if (entry.is_object()) return fmt::format("eha track {}{}", file, entry.value("fast", false) ? " --fast" : "");
-  return fmt::format("eha track {}{} --local --fast", file, rig_words(command, rig));
+/// How the trial of the controller reaches its rig. @param rig_file  or run
+suggest::RigAccess access_for(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
+                              const fs::path& rig_file) {
+  suggest::RigAccess access = access_of_rig(rig, command.rig_file ? *command.rig_file : rig_name_of(rig_file),
+                                            run_of(command, model).value_or("").string());
+  access.controller = command.output.string();
+  access.model = command.model_file;
+  return access;
 }
 
 /// Why nothing shows that a model is of a rig: its record is of no run, or of a run of another rig. Empty: it is shown.
@@ -238,23 +243,20 @@ bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& 
 
 /// Returns what to do with a controller: its trial on the machine's or the service's terms, on a simulated rig that
 /// takes it, the model's own first; else the way to a twin that does. A trial that trips is not offered.
-/// @param page  of the controller
+/// @param access  to the rig   @param page  of the controller
 std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
-                                    const config::ControllerConfig& controller, bool trips, const fs::path& page) {
-  const std::string file = shell_word(command.output.string());
+                                    const config::ControllerConfig& controller, const suggest::RigAccess& access,
+                                    bool trips, const fs::path& page) {
   const std::string show = "xdg-open " + shell_word(page.string());
   if (hal::moves_machine(rig.backend)) return {show};
-  const std::string on_rig = track_command(command, model, rig, file);
-  if (trips && command.sheet_run) return {show};
-  if (trips) {
-    const bool is_local = on_rig.ends_with("--local --fast");
-    return {characterise_anew() + (is_local ? " --local --fast" + rig_words(command, rig) : std::string()), show};
-  }
+  const std::string on_rig = suggest::track(access, command.output.string());
+  if (trips && (command.sheet_run || leak_of(command, model))) return {show};
+  if (trips) return {suggest::characterise(access), show};
   const bool is_own = why_not_of(command, model, rig).empty();
-  if (!on_rig.ends_with("--local --fast")) return {on_rig};  // the service checks it with its own rig file
+  if (!access.is_local) return {on_rig};  // the service checks it with its own rig file
   if (is_own && is_played_on(rig, controller)) return {on_rig};
   if (command.twin_file && is_played_on(config::load_rig(*command.twin_file), controller)) {
-    return {fmt::format("eha track {} --rig {} --local --fast", file, shell_word(*command.twin_file))};
+    return {suggest::track(simulated_access(command.twin_file), command.output.string())};
   }
   if (command.twin_file) return {is_played_on(rig, controller) ? on_rig : show};
   // A trial here would try another plant than that of a record that can be replayed.
@@ -331,13 +333,16 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   const fs::path rig_file = record::resolved_path(rig_path(command, model, console));
   const config::RigConfig rig = rig_of(rig_file);
+  console.set_rig(access_for(command, model, rig, rig_file));
   if (model.verdict && !model.verdict->accepted && !model.verdict->reasons.empty()) {
     console.warning(fmt::format("{}: the model is {}: {}", command.model_file, ident::verdict_word(*model.verdict),
                                 model.verdict->reasons.front()));
   }
-  const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run) : std::nullopt;
+  const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run, console.rig()) : std::nullopt;
   if (sheet || model.input_map) {
-    warn_if_following_differs(rig, sheet ? *sheet : valve_of_model(model, command.model_file, std::nullopt), console);
+    FoundValve found = sheet ? *sheet : valve_of_model(model, command.model_file, std::nullopt, console.rig());
+    if (leak_of(command, model)) found.note.clear();  // the leak is said below
+    warn_if_following_differs(rig, found, console);
   }
   tune::TuneInputs inputs;
   tune::Tuned tuned;
@@ -347,10 +352,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
     plant = plant_sentences(command, model, rig, inputs, rig_file);
-    if (command.sheet_run) {
-      const std::string leak =
-          sheet::promise_with_leak(sheet::sheet_of_run(*command.sheet_run).sheet, inputs.task.unit);
-      if (!leak.empty()) plant.insert(plant.begin(), leak);
+    if (const auto leak = leak_of(command, model)) {
+      plant.insert(plant.begin(), ident::leak_finding(*leak, inputs.task.unit) + " The promise may not be kept.");
     }
     tuned = tune::tune(inputs.plant, inputs.task, identify::thread_executor());
   } catch (const DataError& error) {
@@ -388,6 +391,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   tune::ControllerSubject subject{.controller = controller, .inputs = inputs, .trace = tuned.trace};
   subject.unit = console.unit(rig.units);
   subject.kinds = tuned.kinds;
+  subject.rig = for_a_page(console.rig());
   const report::Page page = tune::controller_page(subject);
   os::write_file_atomically(page_file, page.html);
   for (const std::string& sentence : page.missing) console.warning(sentence);
@@ -452,7 +456,8 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
-  for (const std::string& step : next_steps(command, model, rig, controller, trip.has_value(), page_file))
+  for (const std::string& step :
+       next_steps(command, model, rig, controller, console.rig(), trip.has_value(), page_file))
     console.next_step(step);
   return ExitCode::ok;
 }

@@ -3,28 +3,16 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <system_error>
 #include <variant>
 
 #include "core/error.hpp"
-#include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/record/manifest.hpp"
 
 namespace eha::cli {
-namespace {
-
 namespace fs = std::filesystem;
-
-/// Whether a controller for one rig does what it promises on the other.
-bool is_same_rig(const config::RigConfig& a, const config::RigConfig& b) {
-  if (!is_one_rig(a, b)) return false;
-  const auto& valve_a = a.limits.following;
-  const auto& valve_b = b.limits.following;
-  if (!valve_a || !valve_b) return valve_a.has_value() == valve_b.has_value();
-  return valve_a->null_V == valve_b->null_V && valve_a->dead_band_V == valve_b->dead_band_V;
-}
-
-}  // namespace
 
 config::RigConfig rig_of(const fs::path& file_or_run) {
   std::error_code ignored;
@@ -53,12 +41,17 @@ hal::SimOptions twin_of(const std::string& file) {
   return *sim;
 }
 
-std::string rig_option(const config::RigConfig& rig) {
+std::string rig_name_of(const fs::path& file_or_run) {
+  std::error_code ignored;
+  if (!fs::is_directory(file_or_run, ignored)) return rig_name(file_or_run);
   try {
-    if (is_same_rig(load_rig_or_default(std::nullopt), rig)) return "";
-  } catch (const Error&) {  // there is no default
+    const record::Manifest manifest = record::read_manifest(file_or_run);
+    const nlohmann::ordered_json::json_pointer place("/rig/file");
+    if (!manifest.other.contains(place) || !manifest.other.at(place).is_string()) return {};
+    return rig_name(manifest.other.at(place).get<std::string>());
+  } catch (const Error&) {
+    return {};
   }
-  return " --rig RIG.toml";
 }
 
 }  // namespace eha::cli

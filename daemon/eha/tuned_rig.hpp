@@ -20,7 +20,7 @@ namespace eha::cli {
 /// The simulated rig of a rig file. @throws UsageError  it drives a machine; as config::load_rig()
 [[nodiscard]] hal::SimOptions twin_of(const std::string& file);
 
-/// " --rig RIG.toml" where the default rig file is of another rig, or of another valve; else empty.
-[[nodiscard]] std::string rig_option(const config::RigConfig& rig);
+/// The name of a rig file, or of a run's, for --rig, as rig_name().
+[[nodiscard]] std::string rig_name_of(const std::filesystem::path& file_or_run);
 
 }  // namespace eha::cli

@@ -154,7 +154,7 @@ void RigKeeper::read_place(std::function<void(std::future<double>)> then) {
         hal::RigStatus status = read(*rig, reading);
         if (status == hal::RigStatus::timed_out) status = read(*rig, reading);
         if (status != hal::RigStatus::ok) {
-          throw DeviceError("cannot read the position of the rod; eha read says why");
+          throw DeviceError("cannot read the position of the rod; `eha read` says why");
         }
         return reading.displacement_in;
       },

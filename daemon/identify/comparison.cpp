@@ -195,7 +195,7 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
     scored.cannot_tell = fmt::format(
         "its error is {} times that on its own record, and parameters lie just outside their joint intervals, as "
         "other amplitudes or tones make them on an unchanged plant; record the model's experiment again and compare "
-        "the two runs (eha compare)",
+        "the two runs (`eha compare`)",
         ident::figure_text(ratio));
   } else if (!scored.of_another_plant && ratio > kFarError) {
     scored.cannot_tell = fmt::format(

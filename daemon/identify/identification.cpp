@@ -81,7 +81,7 @@ std::optional<PieceRemark> piece_remark(const IdentificationTask& task) {
   if (const Eigen::VectorXd& input = task.record.input; moves_once(input)) {
     return PieceRemark{fmt::format(
         "the input moves once, from {:.3g} to {:.3g}{}: other models may follow one motion as well, with another gain, "
-        "and a longer record of it tells no more: play several steps up and down, or a multisine (eha design)",
+        "and a longer record of it tells no more: play several steps up and down, or a multisine",
         input[0], input[input.size() - 1], ident::after_number(task.record.input_channel.unit))};
   }
   const double enough_s = rows * step_s * kEnoughPeriods / periods;

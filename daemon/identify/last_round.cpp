@@ -24,7 +24,7 @@ namespace {
 std::string by_hand(const Source& source, const std::filesystem::path& folder, const WeakParameter& weak) {
   if (!source.rig_text.empty()) return {};
   const std::string file = weak.model + ".json";
-  return fmt::format("; with a rig file `eha design --from {} --improve {} --rig RIG.toml` designs them{}",
+  return fmt::format("; `eha design --from {} --improve {}`, with --rig and the rig file of the record, designs them{}",
                      folder.empty() ? "DIR/" + shell_word(file) : shell_word((folder / file).string()),
                      shell_quoted(weak.parameter), folder.empty() ? ", once -o DIR has written the model" : "");
 }

@@ -115,7 +115,7 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
 
 constexpr const char* kClosedLoop =
     "a controller probably made the input from it and the output: of a closed loop a model may be biased, most where "
-    "noise and load move the rod; record with the loop open, or hold the model against such a record (eha validate)";
+    "noise and load move the rod; record with the loop open, or hold the model against such a record (`eha validate`)";
 
 /// The set point of the rod beside input and output; none without one.
 std::optional<std::size_t> set_point_beside(const Table& table, const Roles& roles) {

@@ -200,6 +200,7 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
                                 rows_per_block(request.rig.realtime.sample_period_s), request.page);
   if (request.share_journal) request.share_journal(journal.file());
   record::Manifest manifest = record::new_manifest(header, description.utc_start);
+  manifest.other["played_by"] = request.played_by == PlayedBy::eha ? "eha" : "ehad";
   record::write_manifest(request.folder, manifest);
 
   const auto own_watch = std::make_unique<RunWatch>();

@@ -23,6 +23,9 @@
 
 namespace eha::play {
 
+/// The program that plays a run, by its name in run.json.
+enum class PlayedBy { eha, ehad };
+
 /// One experiment on one rig.
 struct PlayRequest {
   const config::RigConfig& rig;
@@ -32,6 +35,7 @@ struct PlayRequest {
   std::filesystem::path folder;               ///< made by record::create_run_folder
   acquisition::TimeBase time_base = acquisition::TimeBase::monotonic;
   acquisition::NonRealtime non_realtime = acquisition::NonRealtime::refuse;
+  PlayedBy played_by = PlayedBy::eha;
   EarlyEnd* early_end = nullptr;  ///< none: every repetition is played
   RunWatch* watch = nullptr;      ///< none: nobody watches the run
   GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record

@@ -48,6 +48,8 @@ void add_kind(Json& json, const config::SheetRun& sheet) {
 
 void add_kind(Json& json, const config::Tracking& tracking) {
   json["track"] = tracking.track.controller.name;
+  if (!tracking.track.controller_file.empty()) json["controller_file"] = tracking.track.controller_file;
+  json["controller_model"] = tracking.track.controller.provenance.model;
   add_start(json, tracking.start);
 }
 

@@ -257,6 +257,10 @@ std::string_view outcome_text(const Manifest& manifest) noexcept {
   return manifest.outcome ? acquisition::to_text(*manifest.outcome) : kInProgress;
 }
 
+std::string without_causes(const std::string& description) {
+  return description.substr(0, description.find("; likely, in this order"));
+}
+
 acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source) {
   if (const auto outcome = value_in(acquisition::kOutcomes, name)) return *outcome;
   throw DataError(source + ": \"" + std::string(name) + "\" is no outcome of a run");

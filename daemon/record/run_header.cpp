@@ -100,7 +100,7 @@ Json header_from_manifest(const Json& manifest) {
   const bool is_virtual = manifest.value("time_base", "") == "virtual";
   for (const auto& [key, value] : manifest.items()) {
     const bool is_of_the_end = key == "outcome" || key == "utc_end" || key == "files" || key == "report" ||
-                               key == "identification" || key == "recovery";
+                               key == "identification" || key == "recovery" || key == "played_by";
     const bool is_of_the_clock = key == "utc_start" || key == "host" || key == "kernel";
     if (key == "schema" || is_of_the_end || value.is_null() || (is_virtual && is_of_the_clock)) continue;
     header[key] = value;

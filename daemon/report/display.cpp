@@ -44,6 +44,7 @@ Subject in_unit(Subject subject, const DisplayUnit& unit) {
     reported.model = std::move(shown);
   }
   for (ident::Model& model : subject.paper) model = in_unit(std::move(model), unit);
+  subject.unit = unit;
   rescale(subject.fit, unit);
   rescale(subject.paper_fit, unit);
   rescale(subject.track, unit);

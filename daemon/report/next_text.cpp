@@ -21,13 +21,9 @@ std::string run_of_next_experiment(const Subject& subject) {
   const ordered_json& next = subject.part("identification", "next_experiment", "file");
   if (!next.is_string()) return {};
   const std::string file = next.get<std::string>();
-  std::string command = "eha run " + (subject.folder.empty() ? file : shell_word(subject.folder + "/" + file));
-  if (subject.part("time_base") == "virtual") {
-    command += " --local --fast";
-    const ordered_json& rig = subject.part("rig", "file");
-    if (rig.is_string() && !rig.get<std::string>().empty()) command += " --rig " + shell_word(rig.get<std::string>());
-  }
-  return "`" + on_one_line(std::move(command)) + "`";
+  const std::string command = suggest::run(subject.access().value_or(suggest::RigAccess{}),
+                                           {subject.folder.empty() ? file : subject.folder + "/" + file});
+  return "`" + on_one_line(command) + "`";
 }
 
 /// What stands before the use of the models, after "Next: "; empty where nothing does.
@@ -98,18 +94,21 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
     constexpr std::string_view kFirst = "first ";
     if (first.starts_with(kFirst)) first.replace(0, kFirst.size(), "then ");
   }
-  if (has_changed) {
+  if (subject.leak && reported.model.input_map) {
+    text += std::string(ident::kRepairFirst) + "; ";
+  } else if (has_changed) {
     text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
   } else if (!first.empty()) {
     text += first + " Then ";
   } else if (subject.manifest) {
     text += fmt::format("`{}` makes a controller of it and says what the rod will do; ",
-                        "eha tune " + folder_word(subject));
+                        on_one_line(suggest::tune(*subject.access(), subject.folder.empty() ? "RUN" : subject.folder)));
   }
-  return text + fmt::format(
-                    "`eha validate {} RECORD` scores it on another record; `eha export {} --format octave -o plant.m` "
-                    "writes it for another program.",
-                    file, file);
+  return text +
+         fmt::format(
+             "`eha export {} --format octave -o plant.m` writes it for another program; `eha validate`, with that "
+             "file and another record, scores it there.",
+             file);
 }
 
 std::string next_of_none(const Subject& subject) {

@@ -131,7 +131,8 @@ std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
 
 }  // namespace
 
-Page assembled(const std::string& title, const std::string& lead_html, const std::vector<Section>& sections) {
+Page assembled(const std::string& title, const std::string& lead_html, const std::vector<Section>& sections,
+               const std::optional<suggest::RigAccess>& rig) {
   std::vector<plot::Figure> figures;
   for (const Section& section : sections) {
     for (const Item& item : section.items) {
@@ -164,6 +165,7 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
     page.html += section.folded ? "</details>\n" : "</section>\n";
   }
   page.html += "</main>\n</body>\n</html>\n";
+  if (rig) page.html = suggest::completed_html(page.html, *rig);
   return page;
 }
 

@@ -43,7 +43,8 @@ Page page_of(const Subject& subject) {
     std::vector<Section> sections{time_section(subject), timing_section(subject), manifest_section(subject)};
     for (Section& section : sections) section.folded = &section != &sections.front();
     for (Item& item : sections.front().items) item.remark = {};
-    return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
+    return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections,
+                     subject.access());
   }
   std::vector<Section> sections{time_section(subject), models_section(subject), frequency_section(subject),
                                 step_section(subject), valve_section(subject)};
@@ -54,7 +55,8 @@ Page page_of(const Subject& subject) {
     section.folded = !subject.models.empty();
     sections.push_back(std::move(section));
   }
-  return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections);
+  return assembled(subject.name, subtitle(subject) + verdict(subject) + list(subject.notes), sections,
+                   subject.access());
 }
 
 std::vector<std::string> write_into_run(const record::OpenRun& run, const DisplayUnit& unit) {

@@ -16,6 +16,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/figures.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/recommendation.hpp"
@@ -80,7 +81,9 @@ void read_ended_trial(const fs::path& path, Subject& subject) {
     if (change.is_string()) subject.trial_changes.push_back(change.get<std::string>());
   }
   const auto leak = document.find("leak");
-  if (leak != document.end()) subject.trial_leak = text_of(*leak);
+  if (leak != document.end() && leak->is_object()) {
+    subject.leak = ident::Leak{leak->value("creep_in_per_s", 0.0), leak->value("as_V", 0.0)};
+  }
   const auto stood = document.find("stood");
   if (stood != document.end()) subject.trial_stood = text_of(*stood);
 }
@@ -148,6 +151,10 @@ std::optional<double> Subject::trip_s() const {
   return part("outcome") == "faulted" && at_s.is_number() ? std::optional(at_s.get<double>()) : std::nullopt;
 }
 
+std::optional<suggest::RigAccess> Subject::access() const {
+  return manifest ? std::optional(suggest::access_of_run(*manifest)) : std::nullopt;
+}
+
 std::optional<double> Subject::split_s() const {
   for (const ReportedModel* reported : pictured()) {
     if (fit.find(reported->model.name) == nullptr) continue;
@@ -193,6 +200,7 @@ Subject load_run(const record::OpenRun& run) {
   }
   subject.manifest = record::to_json(manifest);
   read_tables(folder, subject);
+  subject.leak = record::leak_beside(run.path());
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :
        record::models_from_json(subject.part("identification", "models"), subject.name)) {

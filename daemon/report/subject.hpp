@@ -8,12 +8,15 @@
 #include <string>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "daemon/identify/fit_table.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/open_run.hpp"
+#include "daemon/suggest/commands.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
 #include "ident/validation/first_step.hpp"
+#include "ident/valve/leak.hpp"
 
 namespace eha::report {
 
@@ -47,8 +50,12 @@ struct Subject {
   identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
   std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
   std::string trial_stood = {};                 ///< a trial that stood under volts when it ended; empty: it did not
-  std::string trial_leak = {};                  ///< of its valve, by the valve sheet; empty: none is known
+  std::optional<ident::Leak> leak = {};         ///< of the rig, by the valve sheet; none is known otherwise
+  DisplayUnit unit = DisplayUnit("in");         ///< of lengths
   std::vector<std::string> notes = {};          ///< files that should be there and are not
+
+  /// How the rig of the run is reached; none for model files.
+  [[nodiscard]] std::optional<suggest::RigAccess> access() const;
 
   /// What stands before the use of the models, as terminal and page have it too.
   [[nodiscard]] ident::NextStep next_step() const;

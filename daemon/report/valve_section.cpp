@@ -72,7 +72,7 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   if (!shift && model.verdict && may_miss_a_part(*model.verdict)) {
     remark.to_do +=
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
-        "controller take those of the valve sheet (eha characterise), as `eha tune` does.";
+        "controller take those of the valve sheet (`eha characterise`), as `eha tune` does.";
   }
   if (const std::string note = ident::map_note(model); !note.empty()) remark.seen += " " + capitalised(note) + ".";
   if (const auto sheet = compare_with_sheet(subject, model)) {

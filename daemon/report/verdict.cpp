@@ -149,20 +149,23 @@ std::string box(const char* kind, const std::string& heading, const std::string&
 /// The note on a map that shows no dead band, as a sentence.
 std::string map_sentence(const Model& model) { return capitalised(ident::map_note(model)) + "."; }
 
-/// What to know of a map in whose dead band the rod moves; empty for another map. @param sheet  null: none is known
-std::string caution_of_map(const Model& model, const SheetComparison* sheet) {
+/// What to know of a map in whose dead band the rod moves; empty for another map.
+/// @param sheet  null: none is known   @param leaks  by the valve sheet, which is said already
+std::string caution_of_map(const Model& model, const SheetComparison* sheet, bool leaks) {
   if (ident::unfound_dead_band(model) != nullptr) return paragraph(map_sentence(model));
   const std::optional<double> shift = model.input_map ? ident::noted_shift(model) : std::nullopt;
   if (!shift) return {};
   const std::string moves =
-      "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; ";
+      leaks ? std::string()
+            : "The rod moves within that dead band, as where oil leaks past the piston or friction bends the edges; ";
   if (sheet != nullptr && sheet->confirms_edges) {
-    return paragraph(moves + "the valve sheet has the same null and dead band all the same.");
+    return paragraph((leaks ? "" : moves) + "the valve sheet has the same null and dead band all the same.");
   }
   return fmt::format(
       "<p><strong>Null and half dead band are the fit&#39;s, not the valve&#39;s: each may be up to {:.2g} {} "
-      "off.</strong> {}the valve&#39;s own are on the sheet of <code>eha characterise</code>.</p>\n",
-      *shift, escaped(model.input_unit), moves);
+      "off.</strong> {}</p>\n",
+      *shift, escaped(model.input_unit),
+      leaks ? "That is the leak's doing." : with_code(moves + "`eha characterise` measures the valve's own."));
 }
 
 /// Gain, time constants and map in figures; of a fractional order the equation.
@@ -191,8 +194,11 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   const std::optional<SheetComparison> sheet = model.input_map ? compare_with_sheet(subject, model) : std::nullopt;
   const bool has_changed = sheet && !sheet->headline.empty();
   std::string html = has_changed ? "<p><strong>" + escaped(sheet->headline) + "</strong></p>\n" : std::string();
+  if (subject.leak && model.input_map) {
+    html += "<p><strong>" + with_code(leak_finding(*subject.leak, subject.unit)) + "</strong></p>\n";
+  }
   html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model) +
-          caution_of_map(model, sheet ? &*sheet : nullptr);
+          caution_of_map(model, sheet ? &*sheet : nullptr, subject.leak.has_value());
   html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported, has_changed));
   std::string why = list(model.verdict->reasons);
   if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
@@ -226,19 +232,20 @@ std::string without_models(const Subject& subject) {
   std::string html;
   if (error.is_string()) html += paragraph("The identification failed: " + error.get<std::string>());
   if (description.is_string() && !description.get_ref<const std::string&>().empty()) {
-    html += paragraph(description.get<std::string>());
+    const std::string end = description.get<std::string>();
+    // What the record shows of the cause replaces a list of what is likely.
+    const bool is_known = !subject.trial_stood.empty() || (subject.leak && !subject.trial_changes.empty());
+    html += paragraph(is_known ? record::without_causes(end) : end);
   }
   const bool is_trial = subject.part("experiment", "track").is_string();
+  const bool is_broken = is_trial && outcome == "faulted";
   if (!subject.trial_stood.empty()) html += paragraph(capitalised(subject.trial_stood) + ".");
   if (!subject.trial_changes.empty()) {
     html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes);
   }
-  if (!subject.trial_leak.empty()) {
-    html += paragraph(fmt::format(
-        "The promise is not kept. By the valve sheet {}. That moves null and dead band of the moving rod, and another "
-        "sheet or controller does not mend it: repair the leak, then `eha characterise` and `eha tune`.",
-        subject.trial_leak));
-  } else if (!subject.trial_changes.empty()) {
+  if (subject.leak) {
+    html += paragraph((is_broken ? "The promise is not kept. " : "") + leak_finding(*subject.leak, subject.unit));
+  } else if (is_broken && !subject.trial_changes.empty()) {
     html += paragraph(
         "The promise is not kept: the valve is not the one that the controller was made for. `eha characterise`, then "
         "`eha tune`.");
@@ -255,7 +262,7 @@ std::string without_models(const Subject& subject) {
   }
   html += paragraph(
       is_trial ? fmt::format("It is a controller's trial: no model is fitted to a record in closed loop.{}",
-                             subject.trial_changes.empty()
+                             subject.trial_changes.empty() && is_broken && !subject.leak
                                  ? fmt::format(" `eha track {}` says what the rod showed of the valve until then.",
                                                folder_word(subject))
                                  : "")
@@ -270,13 +277,16 @@ std::string without_models(const Subject& subject) {
                 fit_of_part(subject)));
   if (is_trial) {
     const std::string when = subject.trip_s() ? fmt::format(" at {} s", time_text(*subject.trip_s())) : std::string();
-    html +=
-        paragraph(fmt::format("Next: correct what ended the trial, then play it again with `eha track`; `eha plot {}` "
-                              "shows it until then.",
-                              folder_word(subject)));
+    const std::string first = !is_broken     ? std::string()
+                              : subject.leak ? fmt::format("Next: {}; ", ident::kRepairFirst)
+                                             : std::string(
+                                                   "Next: correct what ended the trial, then play it again with "
+                                                   "`eha track`; ");
+    html += paragraph(fmt::format("{}`eha plot {}` shows it until then.",
+                                  is_broken ? first : "Next: `eha track` plays it again; ", folder_word(subject)));
     return box("none",
-               outcome == "faulted" ? fmt::format("The trial tripped{}: the promise is not kept", when)
-                                    : std::string("The trial did not end"),
+               is_broken ? fmt::format("The trial tripped{}: the promise is not kept", when)
+                         : std::string("The trial was stopped: nothing is judged"),
                html);
   }
   if (has_tripped(subject)) {

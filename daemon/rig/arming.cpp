@@ -60,12 +60,12 @@ constexpr double kRangeOfUnmeasured_in = 0.025;
 constexpr double kSpread = 3.7;  // mean range of so many normal readings over their standard deviation
 
 constexpr const char* kChangedNumber =
-    "following.measured_check does not fit: a measured number of [following] was changed after eha characterise wrote "
-    "it; put the lines of eha characterise RUN into the file again, or measure anew";
+    "following.measured_check does not fit: a measured number of [following] was changed after `eha characterise` "
+    "wrote it; put the lines of the sheet into the file again, or measure anew";
 
 constexpr const char* kMeasureIt =
-    "measure it (eha characterise, or eha characterise RUN of a run of before) and take its lines with measured_check "
-    "and measured_rig_check";
+    "measure it (`eha characterise`, or the same with the run of an earlier one) and take its lines with "
+    "measured_check and measured_rig_check";
 
 /// Whether a measured number is another one than the sum is of.
 bool has_changed(const config::Following& following) {
@@ -122,8 +122,8 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
   if (following.measured_rig_check && *following.measured_rig_check != config::measured_rig_check_of(rig.backend)) {
     refusals.emplace_back(
         "following.measured_rig_check does not fit: the numbers of [following] were measured with another card, other "
-        "channels or another calibration of the sensor (eha calibrate takes them along); remove [following] and "
-        "measure this rig (eha characterise)");
+        "channels or another calibration of the sensor (`eha calibrate` takes them along); remove [following] and "
+        "measure this rig (`eha characterise`)");
   }
   if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
     refusals.push_back(fmt::format(

@@ -42,6 +42,7 @@ RunSheet sheet_of_run(const record::OpenRun& opened) {
                  .rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string()),
                  .utc_start = {},
                  .sheet = {}};
+  found.access = suggest::access_of_run(run.manifest.other);
   found.utc_start = run.manifest.other.value("utc_start", "");
   found.sheet = ident::valve_sheet(run.record, config::characterisation_plan(found.rig));
   return found;
@@ -113,7 +114,7 @@ std::string experiment_lines(const RunSheet& run) {
   return fmt::format(
       "[start]\n"
       "displacement_{} = {:.{}f}  # the middle of the travel\n"
-      "# offset_V of its [excitation]: `eha check EXPERIMENT.toml` rehearses it\n"
+      "# offset_V of its [excitation]: `eha check` of its file rehearses it\n"
       "# with these numbers and names the one at which the rod does not drift.\n",
       is_metric ? "mm" : "in",
       0.5 * (is_metric ? kMillimetresPerInch : 1.0) * (limits.travel_min_in + limits.travel_max_in), is_metric ? 1 : 3);

@@ -10,12 +10,13 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/record/open_run.hpp"
+#include "daemon/record/sheet_beside.hpp"
+#include "daemon/suggest/commands.hpp"
 #include "ident/valve/valve_sheet.hpp"
 
 namespace eha::sheet {
 
-/// Names in the run folder of a characterisation.
-inline constexpr std::string_view kSheetFile = "valve_sheet.json";
+using record::kSheetFile;
 
 /// A valve sheet and the run that it is from.
 struct RunSheet {
@@ -24,6 +25,7 @@ struct RunSheet {
   config::RigConfig rig;   ///< as used
   std::string utc_start;
   ident::ValveSheet sheet;
+  suggest::RigAccess access = {};  ///< how the run reached its rig
 };
 
 /// Too many rows of a run were not measured: playing it again alone does not mend that.
@@ -50,13 +52,6 @@ struct SheetRow {
 
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);
-
-/// Names a leak: the rod's speed within the dead band, where it is what 0.03 V of command gives or more, as a clause.
-/// Empty: none.
-[[nodiscard]] std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit);
-
-/// What a leak means for a controller's promise, in sentences; empty without a leak.
-[[nodiscard]] std::string promise_with_leak(const ident::ValveSheet& sheet, const DisplayUnit& unit);
 
 /// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
 [[nodiscard]] std::string warning_of(const RunSheet& run, const DisplayUnit& unit);

@@ -54,12 +54,12 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   item.remark.seen = fmt::format("The rod stands from {:.3f} to {:.3f} V.", lower_V, upper_V);
   item.remark.good = "Points on the line on both sides, except just after a reversal, while the pressures settle.";
-  if (const std::string leak = leak_of(sheet, unit); !leak.empty()) {
+  if (const auto leak = ident::leak_of(sheet)) {
     item.remark.seen = fmt::format(
         "The valve's dead band is from {:.3f} to {:.3f} V, but {}. The leak bends the points near the edges, where "
         "they "
         "lie beside the line.",
-        lower_V, upper_V, leak);
+        lower_V, upper_V, ident::leak_text(*leak, unit));
     item.remark.good = "Points on the line on both sides, and at 0 within the dead band.";
     item.remark.to_do =
         "Repair the leak and measure again: no null makes this rod stand, and null and dead band are known the worse "
@@ -137,10 +137,10 @@ report::Item response_table(const ident::ValveSheet& sheet) {
                                 rows)};
 }
 
-/// The run's folder as a word of a command, without the line breaks of a name that could imitate another one.
-std::string command_word(const RunSheet& run) {
+/// The run's folder, absolute: a page may be read from anywhere.
+std::string folder_of(const RunSheet& run) {
   std::error_code ignored;
-  return on_one_line(shell_word(std::filesystem::absolute(run.folder, ignored).lexically_normal().string()));
+  return std::filesystem::absolute(run.folder, ignored).lexically_normal().string();
 }
 
 /// The quantities as a table, in a box.
@@ -152,15 +152,15 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
     rows.push_back({row.name, std::move(value)});
   }
   const std::string next =
-      !is_in_rig_file(run) ? fmt::format(
-                                 "Next: `eha characterise {} -o RIG.toml` writes them into a rig file; the lines "
-                                 "are below, under For the files.",
-                                 command_word(run))
-      : leak_of(run.sheet, unit).empty() ? std::string("The rig file of the run has these values: nothing to do.")
-                                         : std::string(
-                                               "The rig file of the run has these values. Next: repair the leak, "
-                                               "then `eha characterise`.");
-  return "<section class=\"verdict some\"><h2>What was measured</h2>\n" +
+      ident::leak_of(run.sheet) ? fmt::format("Next: {}.", ident::kRepairFirst)
+      : !is_in_rig_file(run)
+          ? fmt::format("Next: `{}` writes them into a rig file; the lines are below, under For the files.",
+                        on_one_line(suggest::sheet_into_rig_file(run.access, folder_of(run))))
+          : std::string("The rig file of the run has these values: nothing to do.");
+  const std::string warning = warning_of(run, unit);
+  return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", warning.empty() ? "some" : "none",
+                     ident::leak_of(run.sheet) ? "The rig leaks" : "What was measured") +
+         (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
          report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) + report::paragraph(next) +
          "</section>\n";
 }
@@ -170,10 +170,8 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 }  // namespace
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
-  const std::string warning = warning_of(run, unit);
   const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
                                        report::escaped(run.utc_start)) +
-                           (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
                            quantities(run, unit);
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));
@@ -183,7 +181,7 @@ std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector
   report::Section files{.title = "For the files"};
   files.items.push_back({.heading = "Rig file", .html = preformatted(rig_lines(run))});
   files.items.push_back({.heading = "Experiment file", .html = preformatted(experiment_lines(run))});
-  report::Page page = report::assembled("Valve sheet", lead, {statics, dynamics, files});
+  report::Page page = report::assembled("Valve sheet", lead, {statics, dynamics, files}, run.access);
   missing = std::move(page.missing);
   return std::move(page.html);
 }

@@ -13,11 +13,17 @@ namespace {
 
 using ident::Measured;
 
-constexpr double kWantedNull_V = 0.03;  // of the following check, see FOLLOWING in eha-rig(5)
+using ident::kWantedNull_V;
 
 std::string with_interval(const Measured& measured, double factor, int digits, const std::string& unit) {
-  return fmt::format("{:.{}f} +- {:.{}f} {}", factor * measured.value, digits, factor * measured.half_width, digits,
-                     unit);
+  return fmt::format("{:.{}f} +- {:.{}f}{}{}", factor * measured.value, digits, factor * measured.half_width, digits,
+                     unit.empty() ? "" : " ", unit);
+}
+
+/// The ratio of two values whose errors are independent.
+Measured ratio_of(const Measured& a, const Measured& b) {
+  const double ratio = a.value / b.value;
+  return {ratio, std::abs(ratio) * std::hypot(a.half_width / a.value, b.half_width / b.value)};
 }
 
 std::string crossing(const char* name, const std::optional<Measured>& at_Hz) {
@@ -57,7 +63,7 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
   add("velocity gain extending", with_interval(sheet.gain_positive_in_per_V_s, factor, 5, gain_unit));
   add("velocity gain retracting", with_interval(sheet.gain_negative_in_per_V_s, factor, 5, gain_unit));
   add("retracting / extending",
-      fmt::format("{:.3f}", sheet.gain_negative_in_per_V_s.value / sheet.gain_positive_in_per_V_s.value));
+      with_interval(ratio_of(sheet.gain_negative_in_per_V_s, sheet.gain_positive_in_per_V_s), 1.0, 3, ""));
   add("hysteresis", sheet.has_hysteresis
                         ? with_interval(sheet.hysteresis_V, 1.0, 4, "V")
                         : fmt::format("none found above {:.4f} V", std::max(0.01, sheet.hysteresis_V.half_width)));
@@ -80,30 +86,9 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   return text;
 }
 
-std::string leak_of(const ident::ValveSheet& sheet, const DisplayUnit& unit) {
-  if (!sheet.creep_in_per_s) return {};
-  const double creep_in_per_s = sheet.creep_in_per_s->value;
-  const double gain =
-      creep_in_per_s > 0.0 ? sheet.gain_positive_in_per_V_s.value : sheet.gain_negative_in_per_V_s.value;
-  if (!(std::abs(creep_in_per_s) >= kWantedNull_V * gain)) return {};
-  return fmt::format(
-      "the rod creeps at {:.2g} {}/s within the dead band, as {:.2g} V of command would move it: oil leaks past the "
-      "piston or through the valve",
-      unit.factor("in") * std::abs(creep_in_per_s), unit.of("in"), std::abs(creep_in_per_s) / gain);
-}
-
-std::string promise_with_leak(const ident::ValveSheet& sheet, const DisplayUnit& unit) {
-  const std::string leak = leak_of(sheet, unit);
-  if (leak.empty()) return {};
-  return fmt::format(
-      "By the valve sheet {}. That moves null and dead band of the moving rod, and the promise may not be kept: repair "
-      "the leak, then `eha characterise` and `eha tune`.",
-      leak);
-}
-
 std::string warning_of(const RunSheet& run, const DisplayUnit& unit) {
-  std::string text = leak_of(run.sheet, unit);
-  if (!text.empty()) text += "; repair the leak and measure again";
+  const std::optional<ident::Leak> leak = ident::leak_of(run.sheet);
+  std::string text = leak ? fmt::format("{}; {}", ident::leak_text(*leak, unit), ident::kRepairFirst) : std::string();
   if (!(run.sheet.null_V.half_width > kWantedNull_V)) return text;
   return fmt::format(
       "{}{}the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "

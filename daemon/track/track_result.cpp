@@ -16,6 +16,7 @@
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/track/track_source.hpp"
 
@@ -402,7 +403,7 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
   text += result.is_kept() ? fmt::format("{}: nothing breaks the promise; {}.\n", result.controller.name, summary)
                            : fmt::format(
                                  "{}: the promise is not kept; {}. Valve, load or sensor differ from what the "
-                                 "controller was made for: eha characterise, then eha tune.\n",
+                                 "controller was made for: `eha characterise`, then `eha tune`.\n",
                                  result.controller.name, summary);
   if (result.margins) {
     const ident::InverseMap& map = result.controller.settings.inverse;
@@ -469,7 +470,8 @@ void write_rows(const TrackResult& result) {
 
 }  // namespace
 
-std::string stood_under_volts(const record::OpenRun& opened, const DisplayUnit& unit) {
+std::string stood_under_volts(const record::OpenRun& opened, const DisplayUnit& unit,
+                              const std::optional<ident::Leak>& leak) {
   const TrackResult result = played_track(opened);
   const TrackRows& rows = result.rows;
   const config::RigConfig rig =
@@ -489,20 +491,22 @@ std::string stood_under_volts(const record::OpenRun& opened, const DisplayUnit& 
   return fmt::format(
       "until then the rod followed the reference over {:.2g} {}, so that valve, sensor and hydraulics work. At the end "
       "it stood at the reference under {:.2f} V, {:.2f} V from the null, which the checks of [following] (dead_band_V "
-      "{:.2f} V) take for a motion that is missing: oil leaks past the piston and the volts make up for it, or a load "
-      "or a wrong null does the same. `eha characterise` tells them apart by the drift inside the dead band; repair a "
-      "leak",
-      unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, rig.limits.following->dead_band_V);
+      "{:.2f} V) take for a motion that is missing: {}",
+      unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, rig.limits.following->dead_band_V,
+      leak ? "the volts make up for the leak"
+           : "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same. "
+             "`eha characterise` tells them apart by the drift inside the dead band; repair a leak");
 }
 
-void write_ended_track(const record::OpenRun& run, const std::string& leak) {
+void write_ended_track(const record::OpenRun& run, const std::optional<ident::Leak>& leak) {
+  const bool is_broken = record::read_manifest(run.files()).outcome == acquisition::Outcome::faulted;
   nlohmann::ordered_json document{{"schema", "eha-track/1"},
                                   {"run", run.path().string()},
-                                  {"kept", false},
+                                  {"kept", is_broken ? nlohmann::ordered_json(false) : nlohmann::ordered_json(nullptr)},
                                   {"ended_early", true},
                                   {"changes", changes_until_fault(run, DisplayUnit("in"))}};
-  if (!leak.empty()) document["leak"] = leak;
-  const std::string stood = stood_under_volts(run, DisplayUnit("in"));
+  if (leak) document["leak"] = {{"creep_in_per_s", leak->creep_in_per_s}, {"as_V", leak->as_V}};
+  const std::string stood = is_broken ? stood_under_volts(run, DisplayUnit("in"), leak) : std::string();
   if (!stood.empty()) document["stood"] = stood;
   os::write_file_atomically(run.files() / kTrackFile, document.dump(2) + "\n");
   write_rows(played_track(run));

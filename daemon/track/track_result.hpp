@@ -12,6 +12,7 @@
 #include "core/display_unit.hpp"
 #include "daemon/record/open_run.hpp"
 #include "ident/control/trial.hpp"
+#include "ident/valve/leak.hpp"
 
 namespace eha::track {
 
@@ -103,8 +104,8 @@ struct TrackResult {
 
 /// What follows from such changes where the promise is kept.
 inline constexpr const char* kChangedAndKept =
-    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: with `eha "
-    "characterise`, then `eha tune` with its sheet, the controller has the new numbers.";
+    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: with "
+    "`eha characterise`, then `eha tune` with its sheet, the controller has the new numbers.";
 
 /// The same for a trial that ended early; nothing if the rod moved too little.
 /// @throws DataError, IoError, PermissionError  as track_result()
@@ -123,13 +124,15 @@ inline constexpr const char* kChangedAndKept =
 void write_track(const TrackResult& result);
 
 /// Says of a trial that a missing motion ended that the rod stood at a resting reference under volts beyond the dead
-/// band of [following], after it had followed: valve, sensor and hydraulics are sound, and what else it is. Empty
-/// otherwise. @throws DataError, IoError, PermissionError  as track_result()
-[[nodiscard]] std::string stood_under_volts(const record::OpenRun& run, const DisplayUnit& unit);
+/// band of [following], after it had followed: valve, sensor and hydraulics are sound, and what else it may be, unless
+/// the leak is known. Empty otherwise. @throws DataError, IoError, PermissionError  as track_result()
+[[nodiscard]] std::string stood_under_volts(const record::OpenRun& run, const DisplayUnit& unit,
+                                            const std::optional<ident::Leak>& leak = {});
 
 /// Writes track.json of a trial that ended early: not kept, changes_until_fault() and stood_under_volts(); and
-/// track.csv of what was played. @param leak  as sheet::leak_of() of the valve's sheet; empty: none
+/// track.csv of what was played. A trial that was stopped is judged by nobody.
+/// @param leak  of the valve's sheet
 /// @throws as changes_until_fault() and played_track()
-void write_ended_track(const record::OpenRun& run, const std::string& leak = {});
+void write_ended_track(const record::OpenRun& run, const std::optional<ident::Leak>& leak = {});
 
 }  // namespace eha::track

@@ -153,7 +153,7 @@ std::string answer_box(const ControllerSubject& subject) {
             fmt::format("The rig did not keep: {}; the table below has what was measured.", fmt::join(not_kept, ", "))),
         report::list(shows),
         report::paragraph(
-            "Next: `eha characterise` measures the valve again, then `eha tune` makes a controller of it."),
+            "Next: `eha characterise` measures the valve again, then `eha tune` makes a controller anew."),
         promise);
   }
   promise += report::list(shows);
@@ -167,15 +167,13 @@ std::string answer_box(const ControllerSubject& subject) {
         "\n{}</details>\n</section>\n",
         report::escaped(name + ": its trial will trip on this rig"), report::paragraph(*reason), promise);
   }
-  const std::string file = shell_word(c.name + ".toml");
-  const std::string to_plc = fmt::format("`eha export {} --format st -o {}` (or c, simulink) writes it for a PLC.",
-                                         file, shell_word(c.name + "_control.st"));
+  const bool is_named = subject.rig && !subject.rig->controller.empty();
+  const std::string file = is_named ? subject.rig->controller : c.name + ".toml";
+  const std::string to_plc = fmt::format("`{}` (or c, simulink) writes it for a PLC.", suggest::export_for_plc(file));
   promise += report::paragraph(
-      subject.measured
-          ? fmt::format("Next: {}", to_plc)
-          : fmt::format("Next: `eha track {}` plays it on the rig and says whether the promise is kept (on "
-                        "a simulated rig with the options that `eha tune` names); then {}",
-                        file, to_plc));
+      subject.measured ? fmt::format("Next: {}", to_plc)
+                       : fmt::format("Next: `{}` plays it on the rig and says whether the promise is kept; then {}",
+                                     suggest::track(subject.rig.value_or(suggest::RigAccess{}), file), to_plc));
   return fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
                      report::escaped(fmt::format("{}: {}", name, errors_text(subject))), promise);
 }

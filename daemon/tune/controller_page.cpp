@@ -355,7 +355,7 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
         "drawn as one.";
   }
   item.remark.good = "Outside of the sweep the error is as in the table.";
-  item.remark.to_do = "A larger error: measure the valve again (eha characterise), then eha tune.";
+  item.remark.to_do = "A larger error: measure the valve again (`eha characterise`), then `eha tune`.";
   section.items.push_back(std::move(item));
   return section;
 }
@@ -419,7 +419,7 @@ report::Page controller_page(const ControllerSubject& subject) {
   const std::string title =
       subject.title.empty() ? fmt::format("{} \"{}\"", subject.measured ? "Trial of controller" : "Controller", c.name)
                             : subject.title;
-  return report::assembled(title, lead, sections);
+  return report::assembled(title, lead, sections, subject.rig);
 }
 
 }  // namespace eha::tune

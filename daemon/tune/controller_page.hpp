@@ -43,6 +43,7 @@ struct ControllerSubject {
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
   std::string title = {};                ///< empty: by the controller's name
   std::string lead_html = {};            ///< first part of the page
+  std::optional<suggest::RigAccess> rig = {};  ///< how the controller's file and its rig are reached; none: unknown
   std::vector<ComparedKind> kinds = {};  ///< none: the file does not store them
 };
 

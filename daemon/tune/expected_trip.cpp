@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/capitalised.hpp"
 #include "core/inch.hpp"
 #include "daemon/acquisition/command_chain.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
@@ -13,6 +14,7 @@
 #include "hal/converter.hpp"
 #include "hal/sim/cylinder.hpp"
 #include "hal/sim/normal_noise.hpp"
+#include "ident/valve/leak.hpp"
 
 namespace eha::tune {
 namespace {
@@ -74,9 +76,9 @@ std::string sentence_of(const ExpectedTrip& trip, const config::RigLimits& limit
         trip.command_V, std::abs(trip.command_V - limits.following->null_V), limits.following->dead_band_V);
   }
   text += trip.is_of_leak
-              ? ", because oil leaks past the piston: without the leak the same trial passes. Repair the leak, then "
-                "`eha characterise` and `eha tune`; `eha characterise` shows how fast the rod creeps."
-              : ". Measure the valve (`eha characterise`), then `eha tune` with its sheet.";
+              ? fmt::format(", because oil leaks past the piston: without the leak the same trial passes. {}.",
+                            capitalised(ident::kRepairFirst))
+              : std::string(". Measure the valve (`eha characterise`), then `eha tune` with its sheet.");
   return text;
 }
 

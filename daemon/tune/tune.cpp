@@ -105,8 +105,8 @@ std::string remark_on_fractional_orders(double gain) {
 std::string following_remark(const ident::AxisPlant& plant) {
   return fmt::format(
       "Null {:.3f} V and half dead band {:.3f} V are those of [following] of the rig file, not the model's {:.3f} and "
-      "{:.3f} V: the model's record determines its two less well, or the rod moves within the model's dead band, as "
-      "where oil leaks past the piston or friction bends the edges, which shifts them. --sheet takes those of a new "
+      "{:.3f} V: the model's record determines its two less well, or the rod moves within the model's dead band, which "
+      "shifts them. --sheet takes those of a new "
       "valve "
       "sheet instead.",
       plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
@@ -312,7 +312,7 @@ Tuned tune(const ident::AxisPlant& plant, const TuneTask& task, const ident::Exe
   }
   throw DataError(
       fmt::format("every feedback that keeps the limits hunts on a drawn rig (p-p at rest above {:.2g} {}): "
-                  "measure null and dead band again with eha characterise, or name a fitted twin with --twin",
+                  "measure null and dead band again with `eha characterise`, or name a fitted twin with --twin",
                   task.unit.factor("in") * most_in, task.unit.of("in")));
 }
 

@@ -158,7 +158,7 @@ AxisPlant axis_plant(const Model& model, const AxisTask& task) {
   if (!is_plant(model.transfer_function)) {
     refuse(
         "a mode of it grows; a controller is designed for a stable or an integrating model. Fit the record with "
-        "other structures: eha fit RUN");
+        "other structures: `eha fit` of the run");
   }
   TransferFunction g = model.transfer_function;
   sort_terms(g.numerator);

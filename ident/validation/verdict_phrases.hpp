@@ -13,7 +13,7 @@ namespace eha::ident {
 
 /// Of a model whose record is too short to judge it, see needs_longer_record().
 inline constexpr std::string_view kControllerIsAGuess =
-    "a controller of this model is a guess until a trial has measured it (eha track)";
+    "a controller of this model is a guess until a trial has measured it (`eha track`)";
 
 /// Before half a 95 % interval: the sign, or "SIGN at least" where the model may miss a part of the plant, whose effect
 /// the interval does not hold. @param sign  "+-" or "±"

@@ -78,7 +78,7 @@ class Reasons {
     if (!model_.estimation && !model_.validation) {
       rejections_.emplace_back(
           "Nothing is known of the model's error: it was neither estimated nor validated here; hold it against a "
-          "record (eha validate MODEL RUN).");
+          "record (`eha validate`).");
     }
     const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
       return c.kind == Kind::error_over_refit && has_failed(c);
@@ -95,10 +95,10 @@ class Reasons {
       notes_.emplace_back(
           verdict_.judging_part_rests
               ? "The input does not move in the part that would judge; nothing judges the model: the whole record "
-                "estimated it; hold it against another record (eha validate), or play an input that moves in both "
+                "estimated it; hold it against another record (`eha validate`), or play an input that moves in both "
                 "halves."
               : "Nothing was kept for validation (split 1): the model is judged by the samples that estimated it; keep "
-                "a part (--split 0.5), or hold it against another record (eha validate).");
+                "a part (--split 0.5), or hold it against another record (`eha validate`).");
     }
     about({Kind::above_recommended});
     note_allowed_instability();
@@ -207,7 +207,7 @@ class Reasons {
         if (model_.grey_box && c.value < kHardlyFollows_percent) {
           return fmt::format(
               "This structure does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; "
-              "fit the ladder, which may (eha fit without --model).",
+              "fit the ladder, which may (`eha fit` without --model).",
               c.parameter, percent_text(c.value), c.limit);
         }
         if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
@@ -215,7 +215,7 @@ class Reasons {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {} % is below the limit of {:.4g} %; were "
               "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
-              "--output)? Look at the record (eha plot).",
+              "--output)? Look at the record (`eha plot`).",
               c.parameter, percent_text(c.value), c.limit);
         }
         return low_r2(c);
@@ -248,8 +248,9 @@ class Reasons {
             "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
             "another amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
             effect_of(*model_.validation->tests->nonlinearity), effect_on_own_record(), c.value,
-            may_have_friction(model_, verdict_) ? ", or fit the structure with dry friction (eha fit --model friction)"
-                                                : "",
+            may_have_friction(model_, verdict_)
+                ? ", or fit the structure with dry friction (`eha fit --model friction`)"
+                : "",
             friction_in_the_map());
       case Kind::future_input:
         return fmt::format(
@@ -328,7 +329,7 @@ class Reasons {
         const double error = std::sqrt(model_.validation->score.mse);
         return fmt::format(
             "The model errs more on unseen data than where it was estimated: {} (rms) there, {:.2g} times the {} here, "
-            "more than {:.3g}; record longer, and hold the model against another record (eha validate) before it is "
+            "more than {:.3g}; record longer, and hold the model against another record (`eha validate`) before it is "
             "relied on.",
             error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit);
       }
@@ -359,7 +360,7 @@ class Reasons {
             "The record does not need {}: it may be 0, its 95 % interval is {}; use {}, or record "
             "longer.",
             c.parameter, interval_text(*p),
-            p->role == ParameterRole::grey_box ? "a transfer function (eha fit RECORD without --model)"
+            p->role == ParameterRole::grey_box ? "a transfer function (`eha fit` without --model)"
                                                : "the model without it");
       }
       case Kind::above_recommended:
@@ -469,7 +470,7 @@ class Reasons {
       const auto full = model_.provenance.find(kAtCommandLimit);
       return fmt::format(
           "{}{}",
-          may_have_friction(model_, verdict_) ? "fit the structure with dry friction (eha fit --model friction), or "
+          may_have_friction(model_, verdict_) ? "fit the structure with dry friction (`eha fit --model friction`), or "
                                               : "",
           full == model_.provenance.end()
               ? "record larger amplitudes, beside which friction and play are small"
@@ -477,12 +478,12 @@ class Reasons {
     }
     if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
     if (noted_shift(model_)) {
-      return "measure the valve, whose sheet tells a leak from friction (eha characterise)";
+      return "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
     }
     if (verdict_.beside_ladder) {
       return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
     }
-    return model_.input_map || model_.grey_box ? "fit the other structures too (eha fit without --model)"
+    return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit` without --model)"
                                                : "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"

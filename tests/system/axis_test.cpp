@@ -98,7 +98,7 @@ TEST_F(Axis, IsTunedFromTheRunWithTheValveSheetBesideIt) {
   EXPECT_NE(tune_line_.find("--sheet"), std::string::npos) << tune_line_;
   EXPECT_NE(tune_line_.find("-characterise"), std::string::npos) << tune_line_;
   ASSERT_EQ(tuned_->code, 0) << tuned_->err;
-  EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --rig rig.toml --local --fast");
+  EXPECT_EQ(next_of(*tuned_, "track"), "track axis.toml --local --fast --rig rig.toml");
   EXPECT_TRUE(fs::exists(folder_->path() / "axis.html"));
   EXPECT_NE(tuned_->out.find("the sheet applies, for [following] too"), std::string::npos) << tuned_->out;
   for (const char* step : {"eha plot axis.toml", "eha export axis.toml --format csv", "--format st"}) {
@@ -161,7 +161,7 @@ TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {
 TEST_F(Axis, IsATableInMillimetresOnRequest) {
   const Ended written = run_eha({"export", "axis.toml", "--format", "csv", "-o", "written.csv"}, folder_->path());
   const std::string track = next_of(written, "track");
-  EXPECT_TRUE(track.starts_with("track axis.toml --rig ") && track.ends_with("rig.toml --local --fast")) << track;
+  EXPECT_TRUE(track.starts_with("track axis.toml --local --fast --rig ") && track.ends_with("rig.toml")) << track;
   const Ended inches = run_eha({"export", "axis.toml", "--format", "csv"}, folder_->path());
   const Ended millimetres = run_eha({"export", "axis.toml", "--format", "csv", "--units", "mm"}, folder_->path());
   ASSERT_EQ(millimetres.code, 0) << millimetres.err;
@@ -307,7 +307,7 @@ TEST(AxisOfARecord, IsTriedOnATwinWithTheValveOfTheRecord) {
   ASSERT_EQ(tuned.code, 0) << tuned.err;
   EXPECT_EQ(tuned.err.find("are for another valve"), std::string::npos) << tuned.err;
   const std::string track = next_of(tuned, "track");
-  EXPECT_EQ(track, "track cyl-2.toml --rig twin.toml --local --fast");
+  EXPECT_EQ(track, "track cyl-2.toml --local --fast --rig twin.toml");
   const Ended checked = eha(track + " --hold 2 --no-sweep");
   EXPECT_TRUE(checked.code == 0 || checked.code == static_cast<int>(ExitCode::model_rejected)) << checked.err;
 }

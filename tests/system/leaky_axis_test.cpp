@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/program.hpp"
@@ -43,6 +44,36 @@ TEST(LeakyAxis, IsToldBeforeItsTrialTripsAndTheTripNamesTheLeak) {
   EXPECT_NE(tracked.out.find("Next: eha characterise"), std::string::npos) << tracked.out;
   EXPECT_NE(read_page(folder.path() / "runs").find("oil leaks past the piston and the volts make up for it"),
             std::string::npos);
+}
+
+TEST(LeakyAxis, HasOneFindingAndNoWayRoundInACircleOnceItsSheetShowsTheLeak) {
+  const TemporaryFolder folder;
+  const std::string rig = source_file("config/rigs/sim-leaky.toml");
+  const std::string finding = "oil leaks past the piston or through the valve";
+  const std::string remedy = "repair the leak first";
+  const auto play = [&](std::vector<std::string> words, bool drives) {
+    if (drives) words.insert(words.end(), {"--local", "--fast", "--rig", rig});
+    const Ended ended = run_eha(words, folder.path());
+    const std::string text = ended.out + ended.err;
+    EXPECT_NE(text.find(finding), std::string::npos) << text;
+    EXPECT_NE(text.find(remedy), std::string::npos) << text;
+    EXPECT_EQ(text.find("Next: eha characterise"), std::string::npos) << text;
+    EXPECT_EQ(text.find("Next: eha tune"), std::string::npos) << text;
+    EXPECT_EQ(text.find("friction bends the edges"), std::string::npos) << "another diagnosis\n" << text;
+    return text;
+  };
+  play({"characterise"}, true);
+  play({"run", source_file("config/experiments/paper.toml")}, true);
+  play({"fit", "runs/latest"}, false);
+  const std::string tuned = play({"tune", "runs/latest", "--rig", rig, "-o", "leaky.toml"}, false);
+  EXPECT_EQ(tuned.find("Next: eha track"), std::string::npos) << tuned;
+  const std::string tracked = play({"track", "leaky.toml"}, true);
+  EXPECT_EQ(tracked.find("likely, in this order"), std::string::npos) << tracked;
+  const std::string page = read_page(folder.path() / "runs");
+  EXPECT_NE(page.find(finding), std::string::npos);
+  EXPECT_NE(page.find("Next: repair the leak first"), std::string::npos);
+  EXPECT_EQ(page.find("likely, in this order"), std::string::npos) << "the rod followed: nothing is off or unplugged";
+  EXPECT_NE(content_of(folder.path() / "runs" / "latest" / "report.html").find(finding), std::string::npos);
 }
 
 }  // namespace

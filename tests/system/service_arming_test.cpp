@@ -102,7 +102,7 @@ TEST_F(ServiceArming, PlaysNothingButACharacterisationWithoutFollowing) {
   daemon_.start();
   const Ended armed = run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder());
   EXPECT_EQ(armed.code, 0) << armed.err;
-  EXPECT_NE(armed.err.find("nothing but eha characterise moves"), std::string::npos) << armed.err;
+  EXPECT_NE(armed.err.find("nothing but `eha characterise"), std::string::npos) << armed.err;
   EXPECT_NE(armed.out.find("Next: eha characterise"), std::string::npos) << armed.out;
   const std::string paper = source_file("config/experiments/paper.toml");
   const std::vector<std::vector<std::string>> moves{{"goto", "3.2in", "--yes"},
@@ -114,7 +114,7 @@ TEST_F(ServiceArming, PlaysNothingButACharacterisationWithoutFollowing) {
     words.insert(words.end(), {"--socket", daemon_.socket()});
     const Ended refused = run_eha(words, daemon_.folder());
     EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration)) << words.front() << refused.out;
-    EXPECT_NE(refused.err.find("nothing but eha characterise moves"), std::string::npos) << refused.err;
+    EXPECT_NE(refused.err.find("nothing but `eha characterise"), std::string::npos) << refused.err;
   }
   EXPECT_TRUE(Client(daemon_.socket()).call("queue").at("entries").empty());
   EXPECT_EQ(rig_.card().enabled_ns, 0);

@@ -34,7 +34,7 @@ TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 0.0; }), "frozen_sensor_s is off"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.realtime.abort_consecutive_late = 1000; }), "abort_consecutive_late"));
-  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "nothing but eha characterise moves"));
+  EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.following.reset(); }), "nothing but `eha characterise"));
   EXPECT_TRUE(names(warning([](auto& rig) { rig.limits.sensor.reset(); }), "no [sensor]"));
 }
 

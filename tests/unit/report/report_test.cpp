@@ -98,7 +98,7 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   std::string html = page_of(subject).html;
   EXPECT_NE(html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
   EXPECT_NE(html.find("the valve is not the one that the controller was made for"), std::string::npos);
-  subject.trial_leak = "the rod creeps at 0.017 in/s within the dead band";
+  subject.leak = ident::Leak{0.0171, 0.14};
   html = page_of(subject).html;
   EXPECT_NE(html.find("By the valve sheet the rod creeps at 0.017 in/s"), std::string::npos);
   EXPECT_EQ(html.find("the valve is not the one that the controller was made for"), std::string::npos);
@@ -246,7 +246,7 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
                "0.15.</strong>"),
       std::string::npos)
       << box;
-  EXPECT_NE(box.find("Next: <code>eha characterise</code>"), std::string::npos) << box;
+  EXPECT_NE(box.find("Next: <code>eha characterise -o rig-new.toml</code>"), std::string::npos) << box;
   EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos) << "by which of the two?";
 
   (*subject.manifest)["rig"]["following"]["dead_band_V"] = 0.26;
@@ -387,7 +387,7 @@ TEST(Page, SaysWhatAModelIsGoodForBeforeItsEquationAndWhatToDoNext) {
   EXPECT_LT(error, grade);
   EXPECT_LT(grade, next);
   EXPECT_LT(next, html.find("class=\"equation\""));
-  EXPECT_NE(html.find("eha validate models/io.json RECORD"), std::string::npos);
+  EXPECT_NE(html.find("eha export models/io.json --format octave"), std::string::npos);
   EXPECT_EQ(html.find("eha tune"), std::string::npos) << "of model files";
 }
 

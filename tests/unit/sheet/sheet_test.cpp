@@ -75,19 +75,26 @@ TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
   RunSheet run = example();
   std::vector<std::string> missing;
   run.sheet.creep_in_per_s = ident::Measured{0.0011, 0.0001};
-  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("in")), "");
+  EXPECT_FALSE(ident::leak_of(run.sheet));
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("The rod stands from"), std::string::npos);
   run.sheet.creep_in_per_s = ident::Measured{-0.0171, 0.0001};
   const std::string leak = "the rod creeps at 0.017 in/s within the dead band, as 0.14 V of command would move it";
-  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("in")).rfind(leak, 0), 0U) << leak_of(run.sheet, DisplayUnit("in"));
-  EXPECT_EQ(leak_of(run.sheet, DisplayUnit("mm")).rfind("the rod creeps at 0.43 mm/s", 0), 0U);
+  const auto found = ident::leak_of(run.sheet);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(ident::leak_text(*found, DisplayUnit("in")).rfind(leak, 0), 0U);
+  EXPECT_EQ(ident::leak_text(*found, DisplayUnit("mm")).rfind("the rod creeps at 0.43 mm/s", 0), 0U);
   EXPECT_NE(warning_of(run, DisplayUnit("in")).find("repair the leak"), std::string::npos);
-  EXPECT_EQ(promise_with_leak(run.sheet, DisplayUnit("in")).rfind("By the valve sheet " + leak, 0), 0U);
-  EXPECT_NE(promise_with_leak(run.sheet, DisplayUnit("in")).find("the promise may not be kept"), std::string::npos);
+  EXPECT_EQ(ident::leak_finding(*found, DisplayUnit("in")).rfind("By the valve sheet " + leak, 0), 0U);
+  EXPECT_NE(ident::leak_finding(*found, DisplayUnit("in")).find("repair the leak first"), std::string::npos);
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
   EXPECT_EQ(html.find("The rod stands from"), std::string::npos);
   EXPECT_NE(html.find("but " + leak), std::string::npos);
   EXPECT_EQ(html.find("Points on the line on both sides, except"), std::string::npos);
+  const std::size_t box = html.find("<section class=\"verdict none\"><h2>The rig leaks</h2>");
+  ASSERT_NE(box, std::string::npos);
+  EXPECT_LT(box, html.find("Warning: ")) << "a warning stands in its box";
+  EXPECT_NE(html.find("Next: repair the leak first"), std::string::npos);
+  EXPECT_EQ(html.find("-o rig-new.toml</code> writes them"), std::string::npos);
 }
 
 TEST(ValveSheetPage, BeginsWithItsQuantitiesAsATable) {
@@ -105,8 +112,9 @@ TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   const std::string asks = "Put the lines below into the rig file.";
   EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
   run.folder = "/runs/sheet";
-  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("Next: <code>eha characterise /runs/sheet -o RIG.toml</code>"),
-            std::string::npos);
+  EXPECT_NE(
+      sheet_page(run, DisplayUnit(), missing).find("Next: <code>eha characterise /runs/sheet -o rig-new.toml</code>"),
+      std::string::npos);
   run.rig.limits.following = following_of(run);
   EXPECT_TRUE(is_in_rig_file(run));
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);

@@ -131,7 +131,7 @@ TEST(Verdict, LowersWhatErrsFarMoreOnUnseenDataThanWhereItWasEstimated) {
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_EQ(verdict.reasons.front(),
             "The model errs more on unseen data than where it was estimated: 0.07 in (rms) there, 7 times the 0.01 in "
-            "here, more than 3; record longer, and hold the model against another record (eha validate) before it is "
+            "here, more than 3; record longer, and hold the model against another record (`eha validate`) before it is "
             "relied on.");
   EXPECT_EQ(judge(model, {}).grade, Grade::good) << "another record may move as much more";
   model.validation->score.fit_percent = 99.0;
@@ -545,11 +545,11 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   integrate_with_friction(model);
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_GE(reasons.size(), 2U);
-  EXPECT_NE(reasons[0].find("; fit the structure with dry friction (eha fit --model friction), or record larger "
+  EXPECT_NE(reasons[0].find("; fit the structure with dry friction (`eha fit --model friction`), or record larger "
                             "amplitudes, beside which friction and play are small"),
             std::string::npos)
       << reasons[0];
-  EXPECT_NE(reasons[1].find("or fit the structure with dry friction (eha fit --model friction)."), std::string::npos)
+  EXPECT_NE(reasons[1].find("or fit the structure with dry friction (`eha fit --model friction`)."), std::string::npos)
       << reasons[1];
   for (const std::string& reason : reasons) EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
   Model full = model;

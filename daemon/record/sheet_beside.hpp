@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "ident/valve/leak.hpp"
+
+// What the valve sheets beside a run say of its rig.
+
+namespace eha::record {
+
+/// Name of a valve sheet in the run folder of a characterisation.
+inline constexpr std::string_view kSheetFile = "valve_sheet.json";
+
+/// Returns the newest run of [characterise] on the same rig beside a run, or the run itself; none without one.
+/// @throws DataError, IoError, PermissionError  as read_manifest() and list_runs()
+[[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
+
+/// The leak that the valve sheet in a run folder shows; none without a leak, and without a sheet that can be read.
+[[nodiscard]] std::optional<ident::Leak> leak_in(const std::filesystem::path& sheet_run);
+
+/// The same of the newest sheet beside a run; none for a folder that the caller may not read.
+[[nodiscard]] std::optional<ident::Leak> leak_beside(const std::filesystem::path& run);
+
+}  // namespace eha::record

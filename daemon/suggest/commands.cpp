@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/suggest/commands.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/shell_word.hpp"
+
+namespace eha::suggest {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string text_at(const ordered_json& document, const char* place) {
+  const ordered_json::json_pointer pointer(place);
+  return document.contains(pointer) && document.at(pointer).is_string() ? document.at(pointer).get<std::string>()
+                                                                        : std::string();
+}
+
+/// A command that drives the rig. @param takes_output  -o is the parent of its run folder
+std::string driven(const RigAccess& rig, std::string command, bool takes_output) {
+  if (rig.is_local) command += " --local";
+  if (rig.is_fast) command += " --fast";
+  if (!rig.is_local) return through(rig.socket, std::move(command));
+  if (!rig.rig_file.empty()) command += " --rig " + shell_word(rig.rig_file);
+  if (takes_output && !rig.output.empty()) command += " --output " + shell_word(rig.output);
+  if (rig.allows_non_realtime) command += " --allow-non-realtime";
+  return command;
+}
+
+/// The commands that are named in short, and whole; an empty one is left as it is.
+std::vector<std::pair<std::string, std::string>> whole_commands(const RigAccess& rig) {
+  return {{"eha characterise", characterise(rig)},
+          {"eha read", read(rig)},
+          {"eha track", rig.controller.empty() ? std::string() : track(rig, rig.controller)}};
+}
+
+std::string replaced(std::string_view text, std::string_view what, std::string_view by) {
+  std::string result;
+  for (std::size_t at = text.find(what); at != std::string_view::npos; at = text.find(what)) {
+    result.append(text.substr(0, at)).append(by);
+    text.remove_prefix(at + what.size());
+  }
+  return result.append(text);
+}
+
+/// Escapes a command for a page.
+std::string html_text(const std::string& command) {
+  std::string html = replaced(command, "&", "&amp;");
+  for (const auto& [character, entity] : {std::pair{"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}}) {
+    html = replaced(html, character, entity);
+  }
+  return html;
+}
+
+struct Quotes {
+  std::string_view before;
+  std::string_view after;
+};
+
+template <typename Shown>
+std::string completed_between(std::string_view text, const RigAccess& rig, Quotes quotes, const Shown& shown) {
+  const auto quoted = [&](const std::string& command) {
+    return fmt::format("{}{}{}", quotes.before, command, quotes.after);
+  };
+  std::string result(text);
+  if (text.find("eha ") == std::string_view::npos) return result;
+  for (const auto& [name, whole] : whole_commands(rig)) {
+    if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
+  }
+  if (rig.model.empty()) return result;
+  for (const std::string before : {"then ", ": "}) {
+    result = replaced(result, before + quoted("eha tune"), before + quoted(shown(on_one_line(tune(rig, rig.model)))));
+  }
+  return result;
+}
+
+}  // namespace
+
+RigAccess access_of_run(const ordered_json& manifest) {
+  RigAccess rig;
+  rig.is_fast = text_at(manifest, "/time_base") == "virtual";
+  const std::string player = text_at(manifest, "/played_by");
+  rig.is_local = player.empty() ? rig.is_fast : player == "eha";
+  if (rig.is_local) rig.rig_file = text_at(manifest, "/rig/file");
+  rig.controller = text_at(manifest, "/experiment/controller_file");
+  rig.model = text_at(manifest, "/experiment/controller_model");
+  return rig;
+}
+
+std::string through(const std::string& socket, std::string command) {
+  if (!socket.empty()) command += " --socket " + shell_word(socket);
+  return command;
+}
+
+std::string run(const RigAccess& rig, const std::vector<std::string>& experiments) {
+  std::string command = "eha run";
+  for (const std::string& experiment : experiments) command += " " + shell_word(experiment);
+  return driven(rig, command + (rig.accepts_travel_risk ? " --accept-travel-risk" : ""), true);
+}
+
+std::string characterise(const RigAccess& rig) {
+  return driven(rig, "eha characterise -o " + shell_word(rig.new_rig_file), false);
+}
+
+std::string sheet_into_rig_file(const RigAccess& rig, const std::string& run) {
+  return fmt::format("eha characterise {} -o {}", shell_word(run), shell_word(rig.new_rig_file));
+}
+
+std::string read(const RigAccess& rig) {
+  if (!rig.is_local) return through(rig.socket, "eha read");
+  return "eha read --local" + (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
+}
+
+std::string track(const RigAccess& rig, const std::string& controller) {
+  return driven(rig, "eha track " + shell_word(controller), true);
+}
+
+std::string tune(const RigAccess& rig, const std::string& model, const std::string& sheet) {
+  std::string command = "eha tune " + shell_word(model);
+  if (!rig.rig_file.empty()) command += " --rig " + shell_word(rig.rig_file);
+  if (!sheet.empty()) command += " --sheet " + shell_word(sheet);
+  if (!rig.new_controller.empty()) command += " -o " + shell_word(rig.new_controller);
+  return command;
+}
+
+std::string export_for_plc(const std::string& controller) {
+  return fmt::format("eha export {} --format st -o {}", shell_word(controller),
+                     shell_word(std::filesystem::path(controller).stem().string() + "_control.st"));
+}
+
+std::string completed(std::string_view text, const RigAccess& rig) {
+  return completed_between(text, rig, {"`", "`"}, [](const std::string& command) { return command; });
+}
+
+std::string completed_html(std::string_view html, const RigAccess& rig) {
+  return completed_between(html, rig, {"<code>", "</code>"}, html_text);
+}
+
+}  // namespace eha::suggest

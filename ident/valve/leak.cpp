@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/valve/leak.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace eha::ident {
+
+std::optional<Leak> leak_of(double creep_in_per_s, double gain_positive, double gain_negative) {
+  const double gain = creep_in_per_s > 0.0 ? gain_positive : gain_negative;
+  if (!(std::abs(creep_in_per_s) >= kWantedNull_V * gain)) return std::nullopt;
+  return Leak{std::abs(creep_in_per_s), std::abs(creep_in_per_s) / gain};
+}
+
+std::optional<Leak> leak_of(const ValveSheet& sheet) {
+  if (!sheet.creep_in_per_s) return std::nullopt;
+  return leak_of(sheet.creep_in_per_s->value, sheet.gain_positive_in_per_V_s.value,
+                 sheet.gain_negative_in_per_V_s.value);
+}
+
+std::string leak_text(const Leak& leak, const DisplayUnit& unit) {
+  return fmt::format(
+      "the rod creeps at {:.2g} {}/s within the dead band, as {:.2g} V of command would move it: oil leaks past the "
+      "piston or through the valve",
+      unit.factor("in") * leak.creep_in_per_s, unit.of("in"), leak.as_V);
+}
+
+std::string leak_finding(const Leak& leak, const DisplayUnit& unit) {
+  return fmt::format(
+      "By the valve sheet {}. That moves null and dead band of the moving rod, and another sheet, model or controller "
+      "does not mend it: {}.",
+      leak_text(leak, unit), kRepairFirst);
+}
+
+}  // namespace eha::ident
