@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,15 +15,21 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/comparison_answer.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/plot/gnuplot.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/report/comparison_page.hpp"
+#include "daemon/sheet/compared_sheets.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/output_unit.hpp"
 
@@ -104,6 +111,57 @@ void warn_of_one_run_twice(const std::vector<identify::Source>& sources, const C
   }
 }
 
+/// The valve sheets of runs of [characterise]; none where one of the records is none, which is said.
+std::vector<sheet::RunSheet> sheets_of(const std::vector<std::string>& records, const Console& console) {
+  std::vector<std::string> others;
+  for (const std::string& record : records) {
+    const bool is_sheet = record::is_run_folder(record) &&
+                          record::purpose_of(record::read_manifest(record)) == record::Purpose::valve_sheet;
+    if (!is_sheet) others.push_back(record);
+  }
+  if (!others.empty() && others.size() < records.size()) {
+    console.warning(
+        fmt::format("{} {} no run of [characterise], the other is: their experiments differ, so that a difference need "
+                    "not be the plant's; compare two valve sheets, or two runs of one experiment",
+                    fmt::join(others, " and "), others.size() == 1 ? "is" : "are"));
+  }
+  if (!others.empty()) return {};
+  std::vector<sheet::RunSheet> sheets;
+  for (const std::string& record : records) sheets.push_back(sheet::sheet_of_run(record));
+  return sheets;
+}
+
+ExitCode compare_valves(const std::vector<sheet::RunSheet>& sheets, const CompareCommand& command, Console& console) {
+  console.set_rig(access_of_run(sheets.back().folder));
+  const sheet::ComparedSheets compared = sheet::compare_sheets(sheets, console.unit(sheets.front().rig.units));
+  std::string text = compared.heading + "\n";
+  for (const std::string& sentence : compared.sentences) text += sentence + "\n";
+  for (std::size_t i = 0; i < compared.quantities.size(); ++i) {
+    text += fmt::format("\n{}:\n", compared.names[i + 1]) + text_table({{"quantity"},
+                                                                        {"before", Align::right},
+                                                                        {"after", Align::right},
+                                                                        {"difference", Align::right},
+                                                                        {"joint +-", Align::right},
+                                                                        {"unit"},
+                                                                        {"changed"}},
+                                                                       sheet::rows_of(compared.quantities[i]));
+  }
+  nlohmann::ordered_json document = sheet::to_json(compared);
+  if (command.output) {
+    if (command.output->extension() != ".html") {
+      throw UsageError(
+          fmt::format("-o {}: valve sheets are compared in a table; name a page (.html)", command.output->string()));
+    }
+    const report::Page page = sheet::page_of(compared);
+    os::write_file_atomically(*command.output, page.html);
+    document["file"] = command.output->string();
+    text += fmt::format("written: {}\n", command.output->string());
+  }
+  console.print_json(document);
+  console.print(text);
+  return ExitCode::ok;
+}
+
 ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<std::string> files;
   std::vector<std::string> records;
@@ -115,6 +173,11 @@ ExitCode execute(const CompareCommand& command, Console& console) {
         "expected two or more runs (eha compare BEFORE AFTER), or models and one record (eha compare MODEL.json... "
         "DATA), "
         "or two or more models");
+  }
+  if (const std::vector<sheet::RunSheet> sheets =
+          files.empty() ? sheets_of(records, console) : std::vector<sheet::RunSheet>();
+      !sheets.empty()) {
+    return compare_valves(sheets, command, console);
   }
   std::vector<ident::Model> models;
   for (const std::string& file : files) models.push_back(ident::model_from_text(os::read_file(file), file));
@@ -136,6 +199,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     identify::take_input_as_straight(*straight);
   }
   console.end_progress();
+  if (!sources.empty() && sources.back().run_folder) console.set_rig(access_of_run(*sources.back().run_folder));
   warn_of_one_run_twice(sources, console);
   // Of several records these are among the notes of the comparison.
   for (const std::string& sentence : files.empty() ? std::vector<std::string>() : identify::named_warnings(sources)) {
@@ -191,6 +255,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   }
   if (command.output) {
     if (command.output->extension() == ".html") {
+      if (!sources.empty() && sources.back().run_folder) shown.findings.rig = for_a_page(console.rig());
       const report::Page page = report::comparison_page(shown.findings, shown.subjects);
       for (const std::string& sentence : page.missing) console.warning(sentence);
       os::write_file_atomically(*command.output, page.html);

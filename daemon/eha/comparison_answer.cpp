@@ -10,6 +10,8 @@
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -34,7 +36,7 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
     rows.push_back({"left over, rms", fmt::format("{:.3g}", e.before), fmt::format("{:.3g}", e.after),
                     fmt::format("{:.3g}", e.after - e.before), fmt::format("x {:g}", identify::kOtherLeftOver),
-                    model.output_unit, e.changed ? "yes" : "no"});
+                    model.output_unit, report::left_over_word(subject)});
     if (subject.first_model_error > 0.0) {
       rows.push_back({"of the first model", fmt::format("{:.3g}", e.before),
                       fmt::format("{:.3g}", subject.first_model_error),
@@ -64,6 +66,14 @@ void add_changes(std::vector<std::string>& sentences, const std::string& name, c
 std::optional<std::pair<double, double>> input_range(const ident::Record& record) {
   if (record.input.size() == 0) return std::nullopt;
   return std::pair(record.input.minCoeff(), record.input.maxCoeff());
+}
+
+/// "runs/a on simulated rig": a record, and the rig of a run.
+std::string of_rig(const identify::Source& source) {
+  if (!source.run_folder) return source.name;
+  const Json& other = record::read_manifest(*source.run_folder).other;
+  const std::string rig = other.value(Json::json_pointer("/rig/name"), std::string());
+  return source.name + (rig.empty() ? "" : " on " + rig);
 }
 
 std::string plant_of(const identify::ScoredModel& scored) {
@@ -110,6 +120,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   for (const identify::Source& source : sources) names.push_back(source.name);
   const std::vector<std::string> titles = report::titles_of(names);
   Json runs = Json::array();
+  std::string leak;  ///< finding of the first rig that leaks by its valve sheet
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::Model& model = run.fit.model;
@@ -125,9 +136,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             .measured = run.fit.measured,
                             .simulated = run.fit.simulated});
     out.subjects.back().input_range = input_range(sources[i].record);
-    out.text += fmt::format(
-        "{} {}: {} fitted, R2 {} %, rms error {:.3g} {}, {} samples\n", i == 0 ? "before" : "after ", sources[i].name,
-        model.name, ident::percent_text(score.r2_percent, 3), std::sqrt(score.mse), model.output_unit, score.samples);
+    out.text +=
+        fmt::format("{} {}: {} fitted, R2 {} %, rms error {:.3g} {}, {} samples\n", i == 0 ? "before" : "after ",
+                    of_rig(sources[i]), model.name, ident::percent_text(score.r2_percent, 3), std::sqrt(score.mse),
+                    model.output_unit, score.samples);
     Json entry{{"source", sources[i].name}, {"model", Json::parse(ident::to_text(model))}};
     if (run.change) entry["change"] = change_json(*run.change, model);
     if (i > 0) {
@@ -139,7 +151,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
   }
-  std::string found;
+  for (const identify::Source& source : sources) {
+    out.findings.sentences.push_back(
+        fmt::format("{}: {}.", out.findings.sentences.empty() ? "Before" : "After", of_rig(source)));
+    if (!source.run_folder || !leak.empty()) continue;
+    const auto found = record::leak_beside(*source.run_folder);
+    if (found) leak = ident::leak_finding(*found, DisplayUnit(comparison.runs.front().fit.model.output_unit));
+  }
+  if (!leak.empty()) out.findings.sentences.push_back(leak);
+  std::string found = leak.empty() ? "" : "\n" + leak + "\n";
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
@@ -153,7 +173,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       subject.cannot_tell = fmt::format("the inputs differ, which alone can change {} of a plant that is not linear",
                                         change.changed ? "the parameters" : "the error of a model");
     }
-    subject.left_over.changed = run.left_over.changed && !run.has_other_input;  // another input moves another error
+    subject.judges_left_over = !run.has_other_input;
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
     found += fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject));
@@ -171,7 +191,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
     found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
-    if (run.bent_map) {
+    if (run.bent_map && leak.empty()) {
       const std::string bent = fmt::format(
           "on {} the rod moves within the dead band, as where oil leaks past the piston: null and dead band of that "
           "fit may be up to {:.2g} {} off the valve's, so that a leak alone explains their change and the valve may be "
@@ -180,7 +200,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       found += "  " + bent + "\n";
       out.findings.sentences.push_back(capitalised(bent) + ".");
     }
-    if (subject.left_over.changed) {
+    if (subject.left_over.changed && subject.judges_left_over) {
       found += "  " + left_over + "\n";
       out.findings.sentences.push_back(titles[i] + ": " + left_over);
     }
@@ -293,9 +313,9 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   out.findings.is_one_record = true;
   if (of_another > 0) {
     out.findings.to_do =
-        "Use no model of another plant for this record: fit one to it (eha fit), or look for what changed since the "
-        "model's own record. A null or dead band that moved is the valve's or a leak's (eha characterise), a gain the "
-        "supply pressure's, the valve's or a leak's.";
+        "Use no model of another plant for this record: fit one to it, or look for what changed since the "
+        "model's own record. A null or dead band that moved is the valve's or a leak's (`eha characterise`), a gain "
+        "the supply pressure's, the valve's or a leak's.";
   } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
     out.findings.to_do =
         "Nothing: each model describes this record. Of models of one record `eha report` with their files recommends "

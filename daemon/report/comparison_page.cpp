@@ -32,7 +32,15 @@ std::string change_word(const ComparedSubject& subject, bool changed) {
   return subject.cannot_tell.empty() ? "yes" : "differs";
 }
 
+std::string left_over_word(const ComparedSubject& subject) {
+  if (!subject.left_over.changed) return "no";
+  return subject.judges_left_over && subject.cannot_tell.empty() ? "yes" : "differs";
+}
+
 namespace {
+
+/// Whether what the model leaves over is shown to have changed.
+bool leaves_other(const ComparedSubject& subject) { return subject.left_over.changed && subject.judges_left_over; }
 
 /// What a comparison with the first run can find, the most important first.
 enum class Finding : std::uint8_t {
@@ -50,7 +58,7 @@ Finding finding_of(const ComparedSubject& subject) {
   if (!subject.cannot_tell.empty()) return subject.has_other_input ? Finding::other_input : Finding::cannot_tell;
   if (subject.change && subject.change->changed) return Finding::changed;
   if (!subject.first_model_holds) return Finding::does_not_hold;
-  return subject.left_over.changed ? Finding::leaves_other : Finding::alike;
+  return leaves_other(subject) ? Finding::leaves_other : Finding::alike;
 }
 
 const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
@@ -62,13 +70,15 @@ const std::string& unfit_label(const ComparedSubject& first, const ComparedSubje
 std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
   switch (finding_of(subject)) {
     case Finding::changed:
-      return "The plant has changed";
+      return fmt::format("The plant has changed{}",
+                         leaves_other(subject) ? ", and so has what the model leaves over" : "");
     case Finding::does_not_fit:
       return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
                          unfit_label(first, subject));
     case Finding::does_not_hold:
-      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed", first.label,
-                         subject.label);
+      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed{}",
+                         first.label, subject.label,
+                         leaves_other(subject) ? "; what the model leaves over changed" : "");
     case Finding::other_input:
       return fmt::format(
           "Not shown whether the plant has changed: {}, and the inputs differ",
@@ -112,7 +122,7 @@ std::string changes_table(const ComparedSubject& first, const ComparedSubject& s
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
     rows.push_back({"left over, rms", model.output_unit, fmt::format("{:.3g}", e.before),
                     fmt::format("{:.3g}", e.after), fmt::format("{:.3g}", e.after - e.before),
-                    fmt::format("factor {:g}", identify::kOtherLeftOver), e.changed ? "yes" : "no"});
+                    fmt::format("factor {:g}", identify::kOtherLeftOver), left_over_word(subject)});
     if (subject.first_model_error > 0.0) {
       rows.push_back({"of the first model, rms", model.output_unit, fmt::format("{:.3g}", e.before),
                       fmt::format("{:.3g}", subject.first_model_error),
@@ -188,16 +198,19 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   });
   if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
-  if (subject.left_over.changed) item.remark.seen += " " + left_over_sentence(first, subject);
+  if (leaves_other(subject)) item.remark.seen += " " + left_over_sentence(first, subject);
   item.remark.to_do =
-      !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
+      !subject.cannot_tell.empty() && subject.has_other_input
+          ? "Record both with one experiment whose volts do not depend on the rod, so without [hold] and "
+            "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets."
+      : !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
       : change.changed
           ? "Look for the cause of each change. A null or dead band that moved is the valve's, or comes from a leak "
             "past the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
             "pressure's, the valve's or a leak's. Identify the rig anew before you rely on an old model."
-      : subject.left_over.changed ? "The parameters hold. Look for what moves the output besides the input: noise of "
-                                    "the sensor, friction, air, "
-                                    "or a map that fits less well."
+      : leaves_other(subject) ? "The parameters hold. Look for what moves the output besides the input: noise of "
+                                "the sensor, friction, air, "
+                                "or a map that fits less well."
       : !subject.first_model_holds
           ? "No parameter is shown to have changed, yet the first model does not hold here: look for what it does not "
             "describe, as friction, a leak or a load, and fit a model to the new record before you rely on one."
@@ -479,9 +492,9 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
     step.items.push_back(std::move(*item));
   }
   if (findings.is_one_record) {
-    return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models});
+    return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models}, findings.rig);
   }
-  return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models});
+  return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models}, findings.rig);
 }
 
 }  // namespace eha::report

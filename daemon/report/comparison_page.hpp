@@ -20,6 +20,7 @@ struct ComparedSubject {
   ident::Model model;
   std::optional<ident::PlantChange> change = {};  ///< from the first one to this one; none for the first
   identify::LeftOver left_over = {};              ///< the same, of two records
+  bool judges_left_over = true;                   ///< another input moves another error
   double first_model_error = 0.0;                 ///< rms, of the first model on this record; 0: not known
   bool first_model_holds = true;                  ///< as identify::first_model_holds()
   bool has_other_input = false;                   ///< than the first, and `cannot_tell` says so
@@ -32,6 +33,9 @@ struct ComparedSubject {
   Eigen::VectorXd measured = {};
   Eigen::VectorXd simulated = {};
 };
+
+/// The same of what the model leaves over.
+[[nodiscard]] std::string left_over_word(const ComparedSubject& subject);
 
 /// Whether a parameter changed, in a word: "yes", "differs" where that is no change of the plant, or "not shown".
 [[nodiscard]] std::string change_word(const ComparedSubject& subject, bool changed);
@@ -73,6 +77,7 @@ struct ComparisonFindings {
   bool is_one_record = false;  ///< models on one record, whose output is drawn once
   std::vector<std::string> sentences = {};
   std::string to_do = {};  ///< beside that of the changes; empty: nothing to say
+  std::optional<suggest::RigAccess> rig = {};  ///< how that of the last run is reached; none: of no run
 };
 
 /// Returns distinct short names of runs, records and model files: a run's folder, a file's name without its ending,

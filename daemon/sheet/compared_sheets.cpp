@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/sheet/compared_sheets.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "daemon/report/html.hpp"
+#include "ident/model/parameter_text.hpp"
+
+namespace eha::sheet {
+namespace {
+
+using ident::Measured;
+
+Measured scaled(const Measured& measured, double factor) {
+  return {factor * measured.value, factor * measured.half_width};
+}
+
+/// Null and dead band are measured by the same edges: their errors are taken as independent.
+Measured edge(const ident::ValveSheet& sheet, double side) {
+  return {sheet.null_V.value + side * sheet.dead_band_V.value,
+          std::hypot(sheet.null_V.half_width, sheet.dead_band_V.half_width)};
+}
+
+std::vector<ComparedQuantity> quantities_of(const ident::ValveSheet& a, const ident::ValveSheet& b,
+                                            const DisplayUnit& unit) {
+  const double factor = unit.factor("in");
+  const std::string gain_unit = unit.of("in") + "/(V s)";
+  std::vector<ComparedQuantity> all{{"null", "V", a.null_V, b.null_V},
+                                    {"upper edge of the dead band", "V", edge(a, 1.0), edge(b, 1.0)},
+                                    {"lower edge of the dead band", "V", edge(a, -1.0), edge(b, -1.0)},
+                                    {"gain extending", gain_unit, scaled(a.gain_positive_in_per_V_s, factor),
+                                     scaled(b.gain_positive_in_per_V_s, factor)},
+                                    {"gain retracting", gain_unit, scaled(a.gain_negative_in_per_V_s, factor),
+                                     scaled(b.gain_negative_in_per_V_s, factor)}};
+  if (a.creep_in_per_s && b.creep_in_per_s) {
+    all.push_back({"drift inside the dead band", unit.of("in") + "/s", scaled(*a.creep_in_per_s, factor),
+                   scaled(*b.creep_in_per_s, factor)});
+  }
+  return all;
+}
+
+}  // namespace
+
+double ComparedQuantity::joint() const { return std::hypot(before.half_width, after.half_width); }
+
+bool ComparedQuantity::changed() const { return std::abs(after.value - before.value) > joint(); }
+
+ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit) {
+  ComparedSheets compared;
+  compared.rig = sheets.back().access;
+  std::vector<std::string> changed;
+  for (const RunSheet& run : sheets) {
+    const bool is_first = &run == &sheets.front();
+    compared.names.push_back(fmt::format("{} on {}", run.folder.string(), run.rig.name));
+    compared.sentences.push_back(fmt::format("{}: {}.", is_first ? "Before" : "After", compared.names.back()));
+    if (is_first) continue;
+    compared.quantities.push_back(quantities_of(sheets.front().sheet, run.sheet, unit));
+    for (const ComparedQuantity& one : compared.quantities.back()) {
+      if (one.changed()) changed.push_back(one.name);
+    }
+    if (run.rig.name != sheets.front().rig.name) {
+      compared.sentences.push_back("The sheets are of two rigs: a difference is no change of either.");
+    }
+  }
+  compared.heading = changed.empty() ? "No change of the valve is shown"
+                                     : fmt::format("The valve has changed: {}", fmt::join(changed, ", "));
+  if (const auto leak = ident::leak_of(sheets.back().sheet)) {
+    compared.sentences.push_back(ident::leak_finding(*leak, unit));
+  } else if (!changed.empty()) {
+    compared.sentences.emplace_back(
+        "A null moves with the oil's temperature, a gain with the square root of what drops over the valve: look at "
+        "both before you blame the valve. `eha characterise` measures it again.");
+  }
+  return compared;
+}
+
+std::vector<std::vector<std::string>> rows_of(const std::vector<ComparedQuantity>& quantities) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ComparedQuantity& one : quantities) {
+    rows.push_back({one.name, ident::with_half_width(one.before.value, one.before.half_width, "+-"),
+                    ident::with_half_width(one.after.value, one.after.half_width, "+-"),
+                    ident::rounded_to(one.after.value - one.before.value, one.joint()),
+                    fmt::format("{:.2g}", one.joint()), one.unit, one.changed() ? "yes" : "not shown"});
+  }
+  return rows;
+}
+
+nlohmann::ordered_json to_json(const ComparedSheets& compared) {
+  nlohmann::ordered_json sheets = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < compared.quantities.size(); ++i) {
+    nlohmann::ordered_json quantities = nlohmann::ordered_json::array();
+    for (const ComparedQuantity& one : compared.quantities[i]) {
+      quantities.push_back({{"name", one.name},
+                            {"unit", one.unit},
+                            {"before", one.before.value},
+                            {"after", one.after.value},
+                            {"half_width95", one.joint()},
+                            {"changed", one.changed()}});
+    }
+    sheets.push_back({{"source", compared.names[i + 1]}, {"quantities", std::move(quantities)}});
+  }
+  return {{"schema", "eha-sheet-comparison/1"}, {"first", compared.names.front()}, {"sheets", std::move(sheets)}};
+}
+
+report::Page page_of(const ComparedSheets& compared) {
+  std::string lead = fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
+                                 report::escaped(compared.heading), report::list(compared.sentences));
+  report::Section section{.title = "Valve sheets"};
+  for (std::size_t i = 0; i < compared.quantities.size(); ++i) {
+    section.items.push_back({.heading = compared.names[i + 1],
+                             .html = report::table({{"quantity"},
+                                                    {"before", report::Column::number},
+                                                    {"after", report::Column::number},
+                                                    {"difference", report::Column::number},
+                                                    {"joint ±", report::Column::number},
+                                                    {"unit"},
+                                                    {"changed"}},
+                                                   rows_of(compared.quantities[i]))});
+  }
+  return report::assembled("Comparison of valve sheets", lead, {section}, compared.rig);
+}
+
+}  // namespace eha::sheet
