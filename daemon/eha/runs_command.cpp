@@ -237,6 +237,7 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
                               command.run.string()));
   }
   const record::Manifest manifest = record::read_manifest(command.run);
+  console.set_rig(access_of_run(command.run));
   console.print_json(record::to_json(manifest));
   console.print(fmt::format("run      {}", command.run.string()));
   console.print(fmt::format("outcome  {}", record::outcome_text(manifest)));
