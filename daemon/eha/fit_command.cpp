@@ -230,8 +230,8 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   return importer::command_with(command.import, command.source, "-o " + shell_word(folder_to_offer(command, source)));
 }
 
-/// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of the structure with
-/// dry friction, or the record of an output that wanders or drifts; none otherwise.
+/// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of a grey box that
+/// holds, or the record of an output that wanders or drifts; none otherwise.
 /// @param written  models' files, beside which a fit of another structure is not the next step
 std::optional<std::string> step_by_cause(const FitCommand& command, const Source& source,
                                          const Identification& identification, const std::vector<fs::path>& written) {
@@ -244,11 +244,12 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
     const bool is_reason =
         !model.verdict->reasons.empty() && recommendation.reason + "." == model.verdict->reasons.front();
     if (model.name != named && !is_reason && identification.models.size() > 1) continue;
-    if (ident::may_have_friction(model, *model.verdict) && (!has_model || written.empty())) {
+    const ident::GreyBoxKind* kind = ident::grey_box_to_advise(model, *model.verdict);
+    if (kind != nullptr && (!has_model || written.empty())) {
       const std::string folder = command.output      ? std::string()
-                                 : source.run_folder ? " -o models-friction"
+                                 : source.run_folder ? fmt::format(" -o models-{}", kind->name)
                                                      : " -o " + shell_word(folder_to_offer(command, source));
-      return importer::command_with(command.import, command.source, "--model friction" + folder);
+      return importer::command_with(command.import, command.source, fmt::format("--model {}{}", kind->name, folder));
     }
     if (ident::takes_in_a_drift(model)) return "eha plot " + shell_word(command.source);
     if (!has_model && !is_accepted(one) && ident::wanders(model, *model.verdict) &&

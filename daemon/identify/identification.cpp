@@ -15,6 +15,7 @@
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/identify/grey_box_trial.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -381,6 +382,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   // A note gives the reason why a periodic excitation has no response.
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
+  try_grey_boxes(named, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   identification.frequency_response = std::move(frequency_response);

@@ -63,6 +63,7 @@ std::vector<std::vector<double>> friction_starts(const GreyBoxStart& start) {
 const GreyBoxKind& friction_kind() {
   static const GreyBoxKind kKind{.name = "friction",
                                  .formula = "mass with Coulomb friction",
+                                 .effect = "dry friction",
                                  .parameters = kFrictionParameters,
                                  .states = 2,
                                  .integrates = true,

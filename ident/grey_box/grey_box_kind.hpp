@@ -45,6 +45,7 @@ struct GreyBoxStart {
 struct GreyBoxKind {
   std::string_view name;     ///< of the family, in files and on the command line
   std::string_view formula;  ///< for tables
+  std::string_view effect;   ///< what it adds to a transfer function, for sentences
   std::span<const GreyBoxParameter> parameters;
   std::size_t states = 0;
   bool integrates = false;         ///< its linear form has a pole at 0

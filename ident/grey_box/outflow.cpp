@@ -192,6 +192,7 @@ std::vector<std::vector<double>> overflow_starts(const GreyBoxStart& start) {
 const GreyBoxKind& outflow_kind() {
   static const GreyBoxKind kKind{.name = "outflow",
                                  .formula = "two tanks with orifices",
+                                 .effect = "an outflow that grows as the root of the level",
                                  .parameters = kOutflowParameters,
                                  .states = 2,
                                  .estimates_start = true,
@@ -205,6 +206,7 @@ const GreyBoxKind& outflow_kind() {
 const GreyBoxKind& overflow_kind() {
   static const GreyBoxKind kKind{.name = "overflow",
                                  .formula = "two tanks with orifices that overflow",
+                                 .effect = "tanks that overflow",
                                  .parameters = kOverflowParameters,
                                  .states = 2,
                                  .estimates_start = true,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "ident/grey_box/grey_box_kind.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -15,10 +17,6 @@ using Kind = CriterionKind;
 
 constexpr double kWhiteLevel = 0.01;   // of the test of the residual itself
 constexpr double kMostlyOffset = 0.5;  // of the mean squared error, without its offset
-// Fit of a model behind a map from which on friction as a structure gains nothing: the shipped bench record is followed
-// to 99.8 % by a lag behind a map, to 99.0 % by a mass with friction; a simulated mass with friction to 98.3 and 99.8
-// %.
-constexpr double kMapHolds_percent = 99.0;
 
 bool passes(const Verdict& verdict, Kind kind) {
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(),
@@ -41,13 +39,16 @@ std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& v
   return test ? std::optional(test->kind) : std::nullopt;
 }
 
-bool may_have_friction(const Model& model, const Verdict& verdict) {
-  const bool map_holds_it =
-      model.input_map && model.validation && model.validation->score.fit_percent >= kMapHolds_percent;
+const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict) {
   // An integrator that takes in a drift is none of the plant's.
-  const bool is_drift = takes_in_a_drift(verdict);
-  return !map_holds_it && !is_drift && !model.grey_box && nonlinear_kind(model, verdict) == NonlinearKind::motion &&
-         model.stability && model.stability->integrator_order > 0.0;
+  if (takes_in_a_drift(verdict) || model.grey_box || !model.stability) return nullptr;
+  // A map takes friction for a dead band, whose edges it bends.
+  const bool shows = nonlinear_kind(model, verdict) == NonlinearKind::motion || noted_shift(model);
+  return shows && model.stability->integrator_order > 0.0 ? &friction_kind() : nullptr;
+}
+
+const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict) {
+  return model.provenance.contains(kGreyBoxHolds) ? grey_box_to_try(model, verdict) : nullptr;
 }
 
 bool wanders(const Model& model, const Verdict& verdict) {

@@ -28,10 +28,14 @@ enum class ErrorCause {
 /// What the residual depends on; none where no such test failed.
 [[nodiscard]] std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& verdict);
 
-/// Whether the structure with dry friction, which integrates, may describe what a model leaves over: that depends on
-/// the direction of motion, and the model integrates, too. No valve map holds the friction already: the model has none,
-/// or does not follow the record closely with it.
-[[nodiscard]] bool may_have_friction(const Model& model, const Verdict& verdict);
+/// The kind of plant that may describe what a model leaves over, null without one. Of dry friction that depends on the
+/// direction of motion, or moves the rod within the dead band of a map (noted_shift()), which takes friction for one;
+/// and the model integrates, as that plant does.
+/// Whether the kind does describe it only its fit tells.
+[[nodiscard]] const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict);
+
+/// The same where such a fit to the record of the model holds, as its provenance says (kGreyBoxHolds); else null.
+[[nodiscard]] const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict);
 
 /// @param verdict  of this model
 /// @returns unknown without a validation

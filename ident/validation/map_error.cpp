@@ -149,6 +149,14 @@ std::string map_note(const Model& model) {
   }
   const std::optional<double> shift = noted_shift(model);
   if (!shift) return {};
+  const auto box = model.provenance.find(kGreyBoxHolds);
+  if (box != model.provenance.end()) {
+    return fmt::format(
+        "that map stands for dry friction, which bends its edges (eha fit --model friction {}): null and half dead "
+        "band "
+        "of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
+        box->second, *shift, after_number(model.input_unit));
+  }
   return fmt::format(
       "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null and "
       "half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",

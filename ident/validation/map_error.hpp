@@ -43,7 +43,8 @@ inline constexpr double kNotedShift_V = 0.03;
 /// [input unit].
 [[nodiscard]] std::optional<double> noted_shift(const Model& model);
 
-/// What the error of a model's map means: that the rod moves within the dead band, and by how much null and half dead
+/// What the error of a model's map means: that the rod moves within the dead band, or that the map stands for dry
+/// friction where that is known to hold (kGreyBoxHolds), and by how much null and half dead
 /// band of the fit may be off the valve's; or that the map is one-way. Of a dead band that is not found nothing
 /// else. No capital and no point. Empty where the map
 /// fits: for a shift of at most kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.

@@ -51,6 +51,10 @@ inline constexpr const char* kWithinDeadBand = "within_dead_band";
 /// near.
 inline constexpr const char* kAtCommandLimit = "at_command_limit";
 
+/// The provenance of a model whose residual speaks for a grey box that was fitted to the same record and holds: how
+/// that errs beside the model ("errs 0.4 times as much"). Without it no grey box is advised.
+inline constexpr const char* kGreyBoxHolds = "grey_box";
+
 /// The provenance of a model judged on another record: the nonlinear effect that its own record shows, where the other
 /// record shows another one. As effect_of().
 inline constexpr const char* kEffectOnOwnRecord = "effect_on_own_record";

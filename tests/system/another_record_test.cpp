@@ -229,5 +229,30 @@ TEST(DriftingSensor, IsSaidToWander) {
   EXPECT_EQ(ended.out.find("smaller amplitudes"), std::string::npos) << ended.out;
 }
 
+TEST(DryFriction, IsNotOfferedForPlay) {
+  const TemporaryFolder folder;
+  ident::PortableDraw draw(2);
+  std::string text = "time_s,valve_V,rod_mm\n";
+  double x = 0.0;
+  double speed = 0.0;
+  double shown = 0.0;
+  for (int k = 0; k < 2500; ++k) {
+    double u = 0.0;
+    for (int i = 1; i <= 9; ++i) {
+      u += 0.5 * std::sin(2.0 * std::numbers::pi * 0.05 * i * (i + 1) / 2.0 * 0.02 * k + 0.7 * i * i);
+    }
+    text += fmt::format("{:.2f},{:.4f},{:.4f}\n", 0.02 * k, u, shown + 0.01 * draw.normal());
+    for (int part = 0; part < 20; ++part) {
+      speed += 0.001 / 0.08 * (5.0 * u - speed);
+      x += 0.001 * speed;
+      shown = std::clamp(shown, x - 0.15, x + 0.15);
+    }
+  }
+  folder.write("p.csv", text);
+  const Ended ended = run_eha({"fit", "p.csv"}, folder.path());
+  EXPECT_NE(ended.out.find("direction of motion"), std::string::npos) << ended.out;
+  EXPECT_EQ(ended.out.find("--model friction"), std::string::npos) << ended.out;
+}
+
 }  // namespace
 }  // namespace eha::test
