@@ -28,6 +28,7 @@ constexpr int kMostBoxSteps = 200;    // of those followed
 constexpr std::size_t kMostBoxesFollowed = 3;
 constexpr double kTolerance = 1e-8;      // relative, of cost and step
 constexpr double kLeastLogarithm = -50;  // of a positive value
+constexpr double kUnseen = 0.1;          // of a row: the record shows no shorter time constant
 
 /// The linear structure of a kind, without the requests for what it does not have.
 StructureOptions linear_of(const StructureOptions& asked, const GreyBoxKind& kind) {
@@ -268,6 +269,24 @@ GreyBoxSearch::End GreyBoxSearch::minimised(const Model& start, int most_steps) 
   return end;
 }
 
+/// Holds time constants that are too short for the record to show, as their intervals would be of rounding: moves the
+/// model's, and returns what is then asked. Nothing where all are seen.
+std::optional<StructureOptions> without_unseen(const StructureOptions& asked, double step_s, Model& model) {
+  const GreyBoxKind& kind = *model.grey_box.value().kind;
+  StructureOptions held = asked;
+  bool any = false;
+  for (const StructureParameter& parameter : asked.structure.grey_box.value().parameters) {
+    const std::size_t i = parameter.key.index;
+    const bool is_time = kind.parameters[i].unit == GreyBoxUnit::seconds;
+    if (!is_time || !is_estimated(asked, parameter) || model.grey_box->values[i] > 1.5 * kUnseen * step_s) continue;
+    std::erase_if(held.parameters, [&](const ParameterRequest& r) { return r.name == parameter.key.name; });
+    held.parameters.push_back({parameter.key.name, true, kUnseen * step_s, {}, {}});
+    model.grey_box->values[i] = kUnseen * step_s;
+    any = true;
+  }
+  return any ? std::optional(std::move(held)) : std::nullopt;
+}
+
 void check_asked(const StructureOptions& asked, const FitOptions& options) {
   check_requests(asked);
   if (options.procedure == Procedure::paper) {
@@ -352,6 +371,14 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
   if (!best)
     throw NoStableModel(
         fmt::format("model {}: no finite model of this structure was found for the record", asked.name));
+
+  if (const auto held = without_unseen(asked, prepared.record.step_s, best->model)) {
+    FitResult result = fit_grey_box(prepared, *held, options, executor, {best->model});
+    add(result.work, before);
+    result.work["refine"] += work;
+    result.model.estimation->evaluations = total(result.work).simulations();
+    return result;
+  }
 
   FitResult result = begin_report(prepared.record, asked.name, "default",
                                   linear_form(*best->model.grey_box, best->model.transfer_function.delay_s),

@@ -12,7 +12,8 @@ namespace eha::ident {
 /// estimated, input_bias unless it is the reference of the kind (then minus the mean input of the estimating rows), and
 /// the states at t = 0 where the kind or the request asks for them. Requests hold, start or free a parameter; bounds of
 /// requests are refused.
-/// Intervals are those of standard errors.
+/// Intervals are those of standard errors. A time constant of less than some tenth of a row is held at that: the record
+/// does not show it.
 /// @param known  fitted to the same rows; one of the kind is the only start
 /// @throws DataError    as fit(); the search found no finite model
 /// @throws ConfigError  a request makes no sense; the paper's procedure is asked

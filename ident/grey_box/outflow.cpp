@@ -34,6 +34,7 @@ constexpr std::span kOutflowParameters = std::span(kOverflowParameters).first<4>
 
 constexpr double kStepsATimeConstant = 8.0;   // of the integration, which then errs by 1e-6 of a motion
 constexpr double kMostSteps = 16.0;           // a call
+constexpr double kShortest = 0.1;             // of a call, of a time constant: the steps follow no shorter one
 constexpr int kMostEvents = 4;                // instants of a call at which a tank becomes full
 constexpr int kEventRounds = 3;               // of the secant that finds one
 constexpr double kFull = 1e-9;                // relative
@@ -53,12 +54,14 @@ struct Tanks {
   double spill = 0.0;
 };
 
-Tanks tanks_of(const double* values, bool overflows) {
+/// @param duration_s  of a call
+Tanks tanks_of(const double* values, bool overflows, double duration_s) {
+  const double shortest_s = kShortest * duration_s;
   Tanks t;
   t.gain = values[kInflowGain];
   t.lower = values[kLevel];
-  t.flow = 2.0 * t.lower / values[kLower];
-  t.upper = 0.5 * t.flow * values[kUpper];
+  t.flow = 2.0 * t.lower / std::max(values[kLower], shortest_s);
+  t.upper = 0.5 * t.flow * std::max(values[kUpper], shortest_s);
   t.k1 = t.flow / std::sqrt(t.upper);
   t.k2 = t.flow / std::sqrt(t.lower);
   if (!overflows) return t;
@@ -144,11 +147,11 @@ double steps_of(const double* values, double duration_s) {
 }
 
 void advance_outflow(const double* values, double* state, double v, double duration_s) {
-  integrate(tanks_of(values, false), state, v, duration_s, steps_of(values, duration_s));
+  integrate(tanks_of(values, false, duration_s), state, v, duration_s, steps_of(values, duration_s));
 }
 
 void advance_overflow(const double* values, double* state, double v, double duration_s) {
-  integrate(tanks_of(values, true), state, v, duration_s, steps_of(values, duration_s));
+  integrate(tanks_of(values, true, duration_s), state, v, duration_s, steps_of(values, duration_s));
 }
 
 LinearForm small_motions(std::span<const double> values) {

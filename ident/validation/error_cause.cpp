@@ -42,9 +42,11 @@ std::optional<NonlinearKind> nonlinear_kind(const Model& model, const Verdict& v
 const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict) {
   // An integrator that takes in a drift is none of the plant's.
   if (takes_in_a_drift(verdict) || model.grey_box || !model.stability) return nullptr;
+  const bool integrates = model.stability->integrator_order > 0.0;
+  const std::optional<NonlinearKind> kind = nonlinear_kind(model, verdict);
+  if (!integrates) return kind == NonlinearKind::position ? &outflow_kind() : nullptr;
   // A map takes friction for a dead band, whose edges it bends.
-  const bool shows = nonlinear_kind(model, verdict) == NonlinearKind::motion || noted_shift(model);
-  return shows && model.stability->integrator_order > 0.0 ? &friction_kind() : nullptr;
+  return kind == NonlinearKind::motion || noted_shift(model) ? &friction_kind() : nullptr;
 }
 
 const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict) {

@@ -30,7 +30,7 @@ enum class ErrorCause {
 
 /// The kind of plant that may describe what a model leaves over, null without one. Of dry friction that depends on the
 /// direction of motion, or moves the rod within the dead band of a map (noted_shift()), which takes friction for one;
-/// and the model integrates, as that plant does.
+/// and the model integrates, as that plant does. Of an outflow it depends on the position, and the model comes to rest.
 /// Whether the kind does describe it only its fit tells.
 [[nodiscard]] const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict);
 

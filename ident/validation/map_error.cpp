@@ -150,7 +150,8 @@ std::string map_note(const Model& model) {
   const std::optional<double> shift = noted_shift(model);
   if (!shift) return {};
   const auto box = model.provenance.find(kGreyBoxHolds);
-  if (box != model.provenance.end()) {
+  const bool integrates = model.stability && model.stability->integrator_order > 0.0;  // else it is of another kind
+  if (box != model.provenance.end() && integrates) {
     return fmt::format(
         "that map stands for dry friction, which bends its edges (eha fit --model friction {}): null and half dead "
         "band "

@@ -98,6 +98,19 @@ TEST(GreyBoxFit, FindsTanksThatEmpty) {
   EXPECT_NEAR(orifice(result.model), orifice(plant), 0.02 * orifice(plant));
 }
 
+TEST(GreyBoxFit, HoldsATankThatIsTooFastForTheRecord) {
+  for (int seed = 1; seed <= 3; ++seed) {
+    const Model plant = truth(outflow_kind(), {0.05, 0.04, 45.0, 4.0}, -2.0);
+    const FitResult result = fitted(record_of(plant, 4.0, 0.8, 3.2, 0.005, seed), "outflow");
+    const ParameterEstimate upper = named(result.model, "upper_s");
+    EXPECT_TRUE(upper.fixed) << upper.value << " +- " << upper.std;
+    EXPECT_NEAR(upper.value, 0.4, 1e-9) << "a tenth of a row";
+    EXPECT_FALSE(named(result.model, "lower_s").fixed);
+    EXPECT_LT(std::sqrt(result.model.validation->score.mse), 0.0065);
+    EXPECT_TRUE(judge(result.model, {}).accepted);
+  }
+}
+
 TEST(GreyBoxFit, FindsTanksThatOverflow) {
   const Model plant = truth(overflow_kind(), {0.05, 60.0, 45.0, 4.0, 2.0, 2.5, 0.6}, -2.0);
   const FitResult result = fitted(record_of(plant, 4.0, 0.5, 4.5, 0.005, 4), "overflow");
