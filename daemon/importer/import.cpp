@@ -23,6 +23,7 @@
 #include "daemon/importer/missing_codes.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/own_times.hpp"
+#include "daemon/importer/replaced_clock.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/table.hpp"
@@ -306,9 +307,14 @@ std::string taken_as_even(const Rows& rows, const std::filesystem::path& path, c
 }
 
 /// The columns as selected: without a time, one of zeros would only cost.
-Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std::filesystem::path& path,
-                   const Options& options) {
+Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Selection& selection,
+                   const std::filesystem::path& path, const Options& options) {
   Imported imported;
+  const ReplacedClock clock = roles.time || !options.period_s
+                                  ? ReplacedClock()
+                                  : replaced_clock(table, roles, selection, rows.count(), path, options);
+  imported.remarks.insert(imported.remarks.end(), clock.remarks.begin(), clock.remarks.end());
+  const bool fills = options.resample || !clock.places.empty();
   ident::Record& record = imported.record;
   if (roles.output_time) {
     if (std::string remark = take_output_times(rows, table, roles, path, options); !remark.empty()) {
@@ -323,17 +329,17 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
     }
     record.step_s = *roles.period_s;
     record.start_s = std::max(0.0, std::ceil(options.from_s.value_or(0.0) / record.step_s - 1e-9)) * record.step_s;
-    if (options.resample) {
+    if (fills) {
       std::vector<double> time_s(rows.count());
       for (std::size_t k = 0; k < time_s.size(); ++k) {
-        time_s[k] = record.start_s + static_cast<double>(k) * record.step_s;
+        time_s[k] = record.start_s + static_cast<double>(clock.places.empty() ? k : clock.places[k]) * record.step_s;
       }
       rows.columns.insert(rows.columns.begin(), std::move(time_s));
     }
   }
   if (roles.time) refuse_time_without_unit(rows, table.columns()[*roles.time], path, options);
-  const std::size_t first = roles.time || options.resample ? 1 : 0;
-  bool is_even = !roles.time;
+  const std::size_t first = roles.time || fills ? 1 : 0;
+  bool is_even = !roles.time && clock.places.empty();
   if (options.resample) {
     is_even = std::all_of(rows.columns.begin(), rows.columns.end(), [](const auto& column) {
       return std::all_of(column.begin(), column.end(), [](double x) { return std::isfinite(x); });
@@ -384,7 +390,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const std
       is_even = false;
     }
   }
-  if (!is_even && options.resample) {
+  if (!is_even && fills) {
     Resampled even = resample(rows, 1, options.period_s, path);
     record.step_s = even.step_s;
     record.start_s = even.start_s;
@@ -450,7 +456,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   refuse_slower_output(*table, roles, path, options);
   const Selection selection = selection_for(*table, roles, path, options);
   Rows rows = table->read(selection, progress);
-  Imported imported = assembled(rows, *table, roles, path, options);
+  Imported imported = assembled(rows, *table, roles, selection, path, options);
   const bool own = table->is_record_format();
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
@@ -503,7 +509,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   Rows rows = table->read(selection, progress);
   ImportedInput input;
   std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
-  const Imported imported = assembled(rows, *table, roles, path, options);
+  const Imported imported = assembled(rows, *table, roles, selection, path, options);
   const ident::Record& record = imported.record;
   const bool is_as_read = time_s.size() == static_cast<std::size_t>(record.input.size()) && imported.repairs.empty();
   if (!is_as_read) {

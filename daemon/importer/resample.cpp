@@ -37,6 +37,27 @@ struct Source {
 /// How the values of a grid point came about; of several columns the gravest.
 enum class Kind { measured, moved, output_filled, input_filled, filled };
 
+/// The steps without those at which a row is missing, or one too many.
+struct SoundSteps {
+  double mean = 0.0;
+  std::size_t count = 0;
+};
+
+SoundSteps sound_steps(std::vector<double> steps) {
+  constexpr double kOther = 0.75;  // of the median, off it
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  const double median = *middle;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (const double step : steps) {
+    if (std::abs(step - median) > kOther * median) continue;
+    sum += step;
+    ++count;
+  }
+  return {count == 0 ? median : sum / static_cast<double>(count), count};
+}
+
 class Resampler {
  public:
   Resampler(const Rows& rows, std::size_t held, const std::filesystem::path& path)
@@ -139,25 +160,13 @@ class Resampler {
     }
   }
 
-  /// Mean of the steps that are no gap; where there is none, of all rows together.
+  /// Of the steps that are no gap; where there is none, of all rows together.
   [[nodiscard]] double typical_step() {
     std::vector<double> steps;
     steps.reserve(timed_.size() - 1);
     for (std::size_t i = 1; i < timed_.size(); ++i) steps.push_back(time(i) - time(i - 1));
-    const auto middle = steps.begin() + static_cast<std::ptrdiff_t>((steps.size() - 1) / 2);
-    std::nth_element(steps.begin(), middle, steps.end());
-    const double median = *middle;
-    // To both sides alike, so that the scatter of a clock leaves the mean where it is.
-    constexpr double kOther = 0.75;  // of the median, off it: a row is missing, or one too many
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (const double step : steps) {
-      if (std::abs(step - median) > kOther * median) continue;
-      sum += step;
-      ++count;
-    }
-    if (count == steps.size()) return slope();
-    return count == 0 ? median : sum / static_cast<double>(count);
+    const SoundSteps sound = sound_steps(steps);
+    return sound.count == steps.size() ? slope() : sound.mean;
   }
 
   /// Of the times by the rows, by least squares: the first and the last time scatter as the others do.
@@ -380,6 +389,8 @@ class Resampler {
 };
 
 }  // namespace
+
+double typical_step_s(std::vector<double> steps) { return sound_steps(std::move(steps)).mean; }
 
 Resampled resample(const Rows& rows, std::size_t held, std::optional<double> period_s,
                    const std::filesystem::path& path) {

@@ -24,6 +24,10 @@ struct Resampled {
   bool is_averaged = false;                  ///< held values are means over their steps
 };
 
+/// Mean of the steps that are no gap: within three quarters of the median. To both sides alike, so that the scatter of
+/// a clock leaves the mean where it is. @param steps  at least one
+[[nodiscard]] double typical_step_s(std::vector<double> steps);
+
 /// Puts rows on an even grid t_0 + k step. A grid point with a measured input within half a step, or between measured
 /// rows at most 1.5 steps apart, takes the nearest (an input is held, so a late time stamp does not change it), and the
 /// output interpolated linearly at the grid point. Where one of the two was not measured that near, the point is

@@ -213,7 +213,7 @@ class Finder {
     }
     replaced_time_ = roles.time;
     // --period replaces the column; with --resample it is that of the new rows.
-    if (options_.period_s && !options_.resample) roles.time.reset();
+    if (options_.period_s && !options_.resample) roles.replaced_time = std::exchange(roles.time, std::nullopt);
     if (roles.time && !options_.time) refuse_days(table_, *roles.time, file_, options_);
   }
 

@@ -20,7 +20,9 @@ struct Roles {
   std::optional<std::size_t> time = {};  ///< none: period_s is the step
   std::optional<double> period_s = {};   ///< [s]; as --period gives it, or the file
   std::string period_name = {};          ///< of the number in the file that gives it
-  std::string time_note = {};            ///< what other columns of times say, for the line of guesses
+  /// The column of times that --time names where a period replaces it.
+  std::optional<std::size_t> replaced_time = {};
+  std::string time_note = {};  ///< what other columns of times say, for the line of guesses
   /// The output's own times where it has some: the same, or later or earlier by a part of a step.
   std::optional<std::size_t> output_time = {};
   std::size_t input = 0;
