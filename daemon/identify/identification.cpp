@@ -19,6 +19,7 @@
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/identify/trend.hpp"
 #include "ident/estimation/judging_part.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/prepared_record.hpp"
@@ -348,6 +349,33 @@ IdentificationTask task_of(const Source& source) {
   return task;
 }
 
+IdentificationTask with_record(const IdentificationTask& task, const ident::Record& record) {
+  return {.record = record,
+          .source_name = task.source_name,
+          .structures = task.structures,
+          .ladder = task.ladder,
+          .options = task.options,
+          .acceptance = task.acceptance,
+          .remarks = task.remarks,
+          .cut = task.cut,
+          .frozen = task.frozen,
+          .gaps = task.gaps,
+          .without_gaps = task.without_gaps,
+          .within_dead_band = task.within_dead_band,
+          .at_command_limit = task.at_command_limit,
+          .trend = task.trend,
+          .unmeasured = task.unmeasured,
+          .repetition_samples = task.repetition_samples,
+          .excited = task.excited,
+          .noise_std = task.noise_std,
+          .lacks_periods = task.lacks_periods,
+          .piece = task.piece,
+          .is_split_given = task.is_split_given,
+          .judging_part_rests = task.judging_part_rests,
+          .intersample = task.intersample,
+          .models_folder = task.models_folder};
+}
+
 Identification identify(const Source& source, const IdentificationTask& task, const Comparisons& comparisons,
                         const Progress& progress) {
   IdentificationTask named = task;
@@ -382,9 +410,20 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   // A note gives the reason why a periodic excitation has no response.
   named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
-  try_grey_boxes(named, identification);
+  const FitTask fit = [&](const IdentificationTask& other_task) {
+    return fit_in_rounds(source, other_task, comparisons, progress);
+  };
+  const std::optional<WithoutTrend> straight = without_trend(named, identification, fit);
+  if (straight) {
+    identification = straight->identification;
+    named.trend = straight->trend;
+    named.remarks.push_back(straight->sentence);
+  }
+  IdentificationTask judged = straight ? with_record(named, straight->record) : named;
+  try_grey_boxes(judged, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
+  if (straight) identification.warnings.push_back(straight->sentence);
   identification.frequency_response = std::move(frequency_response);
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {
@@ -395,10 +434,10 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     identification.paper = fit_as_in_the_paper(published, identification.warnings);
   }
   if (comparisons.cross_validation == Comparisons::CrossValidation::include) {
-    named.structures = compared_structures(named, identification);
-    identification.cross_validation = cross_validate(named, progress);
+    judged.structures = compared_structures(judged, identification);
+    identification.cross_validation = cross_validate(judged, progress);
   }
-  identification.fit_table = fit_table(task.record, named.options, identification.models);
+  identification.fit_table = fit_table(judged.record, judged.options, identification.models);
   ident::FitOptions paper_options = task.options;
   paper_options.procedure = ident::Procedure::paper;
   identification.paper_fit_table = fit_table(task.record, paper_options, identification.paper);

@@ -38,6 +38,7 @@ struct IdentificationTask {
   importer::Cut without_gaps = {};        ///< as Source
   std::string within_dead_band = {};      ///< of identify::within_dead_band()
   std::string at_command_limit = {};      ///< of identify::at_command_limit()
+  std::string trend = {};                 ///< the line that was taken out of the output, see without_trend()
   ident::Unmeasured unmeasured = {};      ///< as of Source
   std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.
@@ -54,6 +55,9 @@ struct IdentificationTask {
 
 /// Returns the task of a source's own experiment. Without an experiment it has the defaults and no structures.
 [[nodiscard]] IdentificationTask task_of(const Source& source);
+
+/// The same task, every field of it, on another record, which must outlive the returned one.
+[[nodiscard]] IdentificationTask with_record(const IdentificationTask& task, const ident::Record& record);
 
 /// A fitted model with its verdict.
 struct IdentifiedModel {

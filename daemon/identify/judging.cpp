@@ -107,6 +107,7 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
   model.provenance["discard_s"] = fmt::format("{}", task.options.discard_s);
   model.provenance["split"] = fmt::format("{}", task.options.split);
   model.provenance["work"] = work_text(result.work);
+  if (!task.trend.empty()) model.provenance["trend"] = task.trend;
   if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }

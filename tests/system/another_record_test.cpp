@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -209,18 +210,37 @@ TEST(DryFriction, IsNoDeadEndOnTheShippedRecord) {
   EXPECT_EQ(all.find("eha design"), std::string::npos) << all;
 }
 
-TEST(DriftingSensor, IsSaidToWander) {
-  const TemporaryFolder folder;
+/// A lag under tones whose sensor drifts. @param drift  at a row [mm]
+std::string with_drift(const std::function<double(int)>& drift) {
   ident::PortableDraw draw(3);
   std::string text = "time_s,valve_V,rod_mm\n";
   double y = 0.0;
   for (int k = 0; k < 2000; ++k) {
     double u = 0.0;
     for (int i = 1; i <= 9; ++i) u += 0.7 * std::sin(0.31 * i * (i + 1) / 2.0 * 0.05 * k + 0.7 * i * i);
-    text += fmt::format("{:.2f},{:.4f},{:.4f}\n", 0.05 * k, u, y + 0.01 * k + 0.02 * draw.normal());
+    text += fmt::format("{:.2f},{:.4f},{:.4f}\n", 0.05 * k, u, y + drift(k) + 0.02 * draw.normal());
     y += (1.0 - std::exp(-0.05 / 0.3)) * (5.0 * u - y);
   }
-  folder.write("d.csv", text);
+  return text;
+}
+
+TEST(DriftingSensor, IsTakenOutAsAStraightLine) {
+  const TemporaryFolder folder;
+  folder.write("d.csv", with_drift([](int k) { return 0.01 * k; }));
+  const Ended ended = run_eha({"fit", "d.csv", "-o", "m"}, folder.path());
+  EXPECT_EQ(ended.code, 0) << ended.out;
+  EXPECT_NE(ended.err.find("the output drifts by 20 mm over the record: a straight line of 0.2"), std::string::npos)
+      << ended.err;
+  const std::string line = R"("trend": "0.2)";
+  for (const auto& file : std::filesystem::directory_iterator(folder.path() / "m")) {
+    if (file.path().extension() != ".json") continue;
+    EXPECT_NE(content_of(file.path()).find(line), std::string::npos) << file.path();
+  }
+}
+
+TEST(DriftingSensor, IsSaidToWander) {
+  const TemporaryFolder folder;
+  folder.write("d.csv", with_drift([](int k) { return 8.0 * std::sin(2.0 * std::numbers::pi * k / 1500.0); }));
   const Ended ended = run_eha({"fit", "d.csv"}, folder.path());
   EXPECT_EQ(ended.code, 3) << ended.out;
   EXPECT_NE(ended.out.find("because         The output wanders, whatever the input does"), std::string::npos)

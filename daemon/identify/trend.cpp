@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/trend.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.hpp"
+#include "daemon/identify/thread_executor.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/model/parameter_text.hpp"
+#include "ident/signal/autoregression.hpp"
+#include "ident/structure/structures.hpp"
+#include "ident/uncertainty/covariance.hpp"
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/slow_pair.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr int kMostRounds = 6;
+constexpr double kStays = 0.02;          // of the interval's half width
+constexpr double kShownOverWidth = 2.0;  // the line over that half width
+
+/// Takes a line out of an output; it is 0 in the middle of the record.
+void take_out(double per_s, ident::Record& record) {
+  const double middle = 0.5 * static_cast<double>(record.output.size() - 1);
+  for (Eigen::Index k = 0; k < record.output.size(); ++k) {
+    record.output[k] -= per_s * record.step_s * (static_cast<double>(k) - middle);
+  }
+}
+
+/// The slope of what is left over, beside a constant.
+Trend slope_of(const Eigen::VectorXd& time_s, const Eigen::VectorXd& rest) {
+  Eigen::MatrixXd columns(rest.size(), 2);
+  columns.col(0).setOnes();
+  columns.col(1) = time_s.array() - time_s.mean();
+  Trend slope{columns.col(1).dot(rest) / columns.col(1).squaredNorm()};
+  if (rest.size() <= 3 * ident::kHighestAutoregression) return slope;
+  const Eigen::VectorXd left = rest.array() - rest.mean() - slope.per_s * columns.col(1).array();
+  const ident::Autoregression noise = ident::autoregression(left);
+  const Eigen::MatrixXd seen = ident::whitened(columns, noise);
+  const Eigen::Matrix2d normal = seen.transpose() * seen;
+  const double determinant = normal(0, 0) * normal(1, 1) - normal(0, 1) * normal(1, 0);
+  if (determinant > 0.0) slope.half_width = ident::kInterval95 * std::sqrt(noise.variance * normal(0, 0) / determinant);
+  return slope;
+}
+
+bool is_drift(const IdentifiedModel& one) {
+  const ident::Model& model = one.result.model;
+  if (!model.verdict) return false;
+  return ident::takes_in_a_drift(model) || (ident::wanders(model, *model.verdict) &&
+                                            ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift);
+}
+
+const IdentifiedModel* recommended_one(const Identification& identification) {
+  for (const IdentifiedModel& one : identification.models) {
+    if (one.result.model.name == identification.recommendation.model) return &one;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::optional<Trend> trend_of(const IdentificationTask& task) {
+  ident::StructureOptions plant;
+  plant.name = "io";
+  plant.structure = ident::structures::io();
+  ident::FitOptions options = task.options;
+  options.split = 1.0;
+  options.intervals = ident::IntervalMethod::straight;
+  ident::Record record = task.record;
+  Trend found;
+  try {
+    for (int round = 0; round < kMostRounds; ++round) {
+      const ident::FitResult fit = ident::fit(record, plant, options, thread_executor());
+      const Trend more = slope_of(fit.time_s, fit.measured - fit.simulated);
+      found = {found.per_s + more.per_s, more.half_width};
+      take_out(more.per_s, record);
+      if (std::abs(more.per_s) <= kStays * more.half_width) break;
+    }
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  const bool is_shown = found.half_width > 0.0 && std::abs(found.per_s) > kShownOverWidth * found.half_width;
+  return is_shown ? std::optional(found) : std::nullopt;
+}
+
+std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const Identification& identification,
+                                          const FitTask& fit) {
+  if (task.options.procedure == ident::Procedure::paper) return std::nullopt;
+  const IdentifiedModel* best = recommended_one(identification);
+  if (best != nullptr && !ident::takes_in_a_drift(best->result.model)) return std::nullopt;
+  if (std::none_of(identification.models.begin(), identification.models.end(), is_drift)) return std::nullopt;
+  const std::optional<Trend> trend = trend_of(task);
+  if (!trend) return std::nullopt;
+  WithoutTrend found{.record = task.record, .trend = {}, .sentence = {}, .identification = {}};
+  take_out(trend->per_s, found.record);
+  const std::string unit = ident::after_number(task.record.output_channel.unit);
+  found.trend =
+      fmt::format("{} +- {:.2g}{}/s", ident::rounded_to(trend->per_s, trend->half_width), trend->half_width, unit);
+  const double length_s = task.record.step_s * static_cast<double>(task.record.output.size() - 1);
+  found.sentence = fmt::format(
+      "the output drifts by {:.3g}{} over the record: a straight line of {} was taken out of it, and the models "
+      "describe "
+      "the plant beside it; the sensor, the supply or the temperature may have drifted: check them",
+      trend->per_s * length_s, unit, found.trend);
+  IdentificationTask straight = with_record(task, found.record);
+  straight.trend = found.trend;
+  straight.remarks.push_back(found.sentence);
+  found.identification = fit(straight);
+  const IdentifiedModel* anew = recommended_one(found.identification);
+  if (anew == nullptr || ident::takes_in_a_drift(anew->result.model)) return std::nullopt;
+  return found;
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "daemon/identify/identification.hpp"
+
+namespace eha::identify {
+
+/// The straight line that is left beside a plant: the drift of a sensor, or of what the plant rests on.
+struct Trend {
+  double per_s = 0.0;       ///< [output unit/s]
+  double half_width = 0.0;  ///< of its 95 % interval
+};
+
+/// Finds the line beside a plant of two poles: fits that and the line in turn until the line stays. Its interval is
+/// that of the line alone, by what is left over, whitened.
+/// @returns none where the record does not show one: its interval holds half of it, or the plant cannot be fitted
+/// Cost: some five local fits of one structure.
+[[nodiscard]] std::optional<Trend> trend_of(const IdentificationTask& task);
+
+/// Fits a task, as identify() does in rounds.
+using FitTask = std::function<Identification(const IdentificationTask& task)>;
+
+/// A record without its trend, and what is identified from it.
+struct WithoutTrend {
+  ident::Record record;
+  std::string trend;     ///< for IdentificationTask::trend
+  std::string sentence;  ///< for the user
+  Identification identification;
+};
+
+/// Fits again to the output less its trend where a drift keeps every model from being recommended.
+/// @returns none where that fit recommends no model either, or one that takes in a drift
+/// Cost: none without such a drift, else trend_of() and the same fit once more.
+[[nodiscard]] std::optional<WithoutTrend> without_trend(const IdentificationTask& task,
+                                                        const Identification& identification, const FitTask& fit);
+
+}  // namespace eha::identify

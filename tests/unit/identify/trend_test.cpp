@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/trend.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+#include "ident/validation/slow_pair.hpp"
+
+namespace eha::identify {
+namespace {
+
+/// 60 s of random levels to a lag, 1.8 mm/V and 0.5 s. @param drift  of the output over the record [mm]
+Source lag_with_drift(double drift, int seed) {
+  ident::PortableDraw draw(seed);
+  Source source;
+  source.name = "drift.csv";
+  source.record.step_s = 0.05;
+  source.record.input_channel = {"valve", "V"};
+  source.record.output_channel = {"rod", "mm"};
+  source.record.input.resize(1200);
+  double level = 1.0;
+  for (Eigen::Index k = 0; k < 1200; ++k) {
+    if (k % 20 == 0) level = 2.0 * draw.uniform();
+    source.record.input[k] = level;
+  }
+  source.record.output = ident::simulate({{{1.8, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0}, source.record.input, 0.05);
+  for (Eigen::Index k = 0; k < 1200; ++k) {
+    source.record.output[k] += 0.004 * draw.normal() + drift * static_cast<double>(k) / 1200.0;
+  }
+  return source;
+}
+
+TEST(Trend, IsFoundWithAnIntervalThatHoldsIt) {
+  int held = 0;
+  for (int seed = 1; seed <= 20; ++seed) {
+    const auto trend = trend_of(task_of(lag_with_drift(0.15, seed)));
+    ASSERT_TRUE(trend) << "seed " << seed;
+    held += std::abs(trend->per_s - 0.15 / 60.0) < trend->half_width ? 1 : 0;
+    EXPECT_LT(trend->half_width, 1e-4) << "seed " << seed;
+  }
+  EXPECT_GE(held, 16);
+}
+
+TEST(Trend, IsNoneOfARecordWithoutOne) {
+  int found = 0;
+  for (int seed = 1; seed <= 20; ++seed) found += trend_of(task_of(lag_with_drift(0.0, seed))) ? 1 : 0;
+  EXPECT_LE(found, 1);
+}
+
+TEST(Trend, IsTakenOutWhereADriftLeavesNoModel) {
+  int taken_out = 0;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Source source = lag_with_drift(0.3, seed);
+    const Identification found = identify(source, task_of(source), {}, {});
+    EXPECT_FALSE(found.recommendation.model.empty()) << "seed " << seed;
+    for (const IdentifiedModel& one : found.models) {
+      const ident::Model& model = one.result.model;
+      if (model.name != found.recommendation.model || !model.provenance.contains("trend")) continue;
+      ++taken_out;
+      EXPECT_FALSE(ident::takes_in_a_drift(model)) << "seed " << seed;
+      EXPECT_NE(model.provenance.at("trend").find("mm/s"), std::string::npos) << model.provenance.at("trend");
+      EXPECT_NE(found.warnings.back().find("a straight line of "), std::string::npos) << found.warnings.back();
+    }
+  }
+  EXPECT_GE(taken_out, 1);
+}
+
+TEST(Trend, LeavesASoundRecordAlone) {
+  for (int seed = 1; seed <= 3; ++seed) {
+    const Source source = lag_with_drift(0.0, seed);
+    const Identification found = identify(source, task_of(source), {}, {});
+    EXPECT_FALSE(found.recommendation.model.empty()) << "seed " << seed;
+    for (const IdentifiedModel& one : found.models) {
+      EXPECT_FALSE(one.result.model.provenance.contains("trend")) << "seed " << seed;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace eha::identify
