@@ -18,6 +18,7 @@
 #include "daemon/identify/grey_box_trial.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
+#include "daemon/identify/moving_start.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/identify/trend.hpp"
 #include "ident/estimation/judging_part.hpp"
@@ -420,10 +421,12 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.remarks.push_back(straight->sentence);
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
+  const std::string later = leave_out_moving_start(judged, identification, fit);
   try_grey_boxes(judged, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (straight) identification.warnings.push_back(straight->sentence);
+  if (!later.empty()) identification.warnings.push_back(later);
   identification.frequency_response = std::move(frequency_response);
   (identification.frequency_response ? identification.response_notes : identification.notes) = std::move(notes);
   if (comparisons.paper == Comparisons::Paper::include) {

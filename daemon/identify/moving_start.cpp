@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/moving_start.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace eha::identify {
+namespace {
+
+constexpr double kFewestRows = 3.0;      // of a dead time
+constexpr double kMostOfRecord = 0.1;    // of it, for the rows that are left out
+constexpr double kBehindDeadTime = 1.1;  // times the dead time, whose estimate errs
+constexpr std::size_t kSimpleTerms = 3;  // of a denominator, with one of a numerator: no pole and zero are one too many
+
+const ident::Model* recommended_model(const Identification& identification) {
+  for (const IdentifiedModel& one : identification.models) {
+    if (one.result.model.name == identification.recommendation.model) return &one.result.model;
+  }
+  return nullptr;
+}
+
+std::ptrdiff_t free_count(const ident::Model& model) {
+  return std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) { return !p.fixed; });
+}
+
+bool has_terms_to_spare(const ident::Model& model) {
+  const ident::TransferFunction& g = model.transfer_function;
+  return g.denominator.size() > kSimpleTerms || g.numerator.size() > 1 || ident::has_estimated_order(model);
+}
+
+/// The greatest dead time that an integer-order model of a record in motion has; 0 without one.
+double dead_time_s(const Identification& identification) {
+  double greatest = 0.0;
+  for (const IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    const bool is_whole = !ident::has_estimated_order(model) && !model.grey_box;
+    if (is_whole) greatest = std::max(greatest, model.transfer_function.delay_s);
+  }
+  return greatest;
+}
+
+}  // namespace
+
+std::string leave_out_moving_start(IdentificationTask& task, Identification& identification, const FitTask& fit) {
+  if (task.options.procedure == ident::Procedure::paper || !task.structures.empty()) return {};
+  const ident::Model* best = recommended_model(identification);
+  if (best != nullptr && (!has_terms_to_spare(*best) || !(best->transfer_function.delay_s > 0.0))) return {};
+  const double step_s = task.record.step_s;
+  const double behind_s = std::ceil(kBehindDeadTime * dead_time_s(identification) / step_s) * step_s;
+  const double length_s = step_s * static_cast<double>(task.record.output.size());
+  const bool is_moving = std::any_of(identification.models.begin(), identification.models.end(),
+                                     [](const auto& one) { return !one.result.model.initial_state.empty(); });
+  if (!is_moving || behind_s < kFewestRows * step_s || behind_s > kMostOfRecord * length_s) return {};
+  if (task.options.discard_s >= behind_s) return {};
+  IdentificationTask later = task;
+  later.options.discard_s = behind_s;
+  const std::string sentence = fmt::format(
+      "the record begins in motion: its first {:.3g} s count for nothing, as the input before the first row acts there "
+      "for as long as the dead time; --discard {:.3g} does the same",
+      behind_s, behind_s);
+  later.remarks.push_back(sentence);
+  try {
+    Identification again = fit(later);
+    const ident::Model* anew = recommended_model(again);
+    if (anew == nullptr || (best != nullptr && free_count(*anew) >= free_count(*best))) return {};
+    task.options = later.options;
+    task.remarks = std::move(later.remarks);
+    identification = std::move(again);
+    return sentence;
+  } catch (const DataError&) {  // too few rows are left
+    return {};
+  }
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/moving_start.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+
+namespace eha::identify {
+namespace {
+
+/// Two lags, 0.5 s and 0.17 s, behind a dead time of 0.4 s, under levels. @param before  rows that are not recorded
+Source levels_to_two_lags(Eigen::Index before, int seed) {
+  constexpr double kStep_s = 0.02;
+  constexpr Eigen::Index kRows = 1500;
+  ident::PortableDraw draw(seed);
+  Eigen::VectorXd input(kRows + before);
+  double level = 0.0;
+  Eigen::Index held = 0;
+  for (Eigen::Index k = 0; k < input.size(); ++k) {
+    if (k >= 50 && held-- <= 0) {  // at rest at 0 before
+      level = std::round(4.0 * draw.uniform()) - 2.0;
+      held = 15 + static_cast<Eigen::Index>(60.0 * draw.uniform());
+    }
+    input[k] = level;
+  }
+  const Eigen::VectorXd output =
+      ident::simulate({{{4.0, 0.0}}, {{0.085, 2.0}, {0.67, 1.0}, {1.0, 0.0}}, 0.4}, input, kStep_s);
+  Source source;
+  source.name = "lags.csv";
+  source.record.step_s = kStep_s;
+  source.record.input_channel = {"valve", "V"};
+  source.record.output_channel = {"rod", "mm"};
+  source.record.input = input.tail(kRows);
+  source.record.output = output.tail(kRows);
+  for (double& y : source.record.output) y += 0.05 * draw.normal();
+  return source;
+}
+
+bool leaves_out_a_start(const Identification& found) {
+  return std::any_of(found.warnings.begin(), found.warnings.end(),
+                     [](const std::string& sentence) { return sentence.starts_with("the record begins in motion"); });
+}
+
+TEST(MovingStart, DoesNotCostTheSimplerStructure) {
+  int left_out = 0;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Source source = levels_to_two_lags(300, seed);
+    const Identification found = identify(source, task_of(source), {}, {});
+    left_out += leaves_out_a_start(found) ? 1 : 0;
+    for (const IdentifiedModel& one : found.models) {
+      if (one.result.model.name != found.recommendation.model) continue;
+      EXPECT_EQ(one.result.model.transfer_function.numerator.size(), 1U)
+          << "seed " << seed << ": " << one.result.model.name;
+      EXPECT_LE(one.result.model.transfer_function.denominator.size(), 3U) << "seed " << seed;
+    }
+  }
+  EXPECT_GE(left_out, 1);
+}
+
+TEST(MovingStart, IsNoneOfARecordThatBeginsAtRest) {
+  for (int seed = 1; seed <= 2; ++seed) {
+    const Source source = levels_to_two_lags(0, seed);
+    const Identification found = identify(source, task_of(source), {}, {});
+    EXPECT_FALSE(leaves_out_a_start(found)) << "seed " << seed;
+    EXPECT_FALSE(found.recommendation.model.empty()) << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace eha::identify
