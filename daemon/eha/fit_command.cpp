@@ -230,6 +230,12 @@ std::string next_step(const FitCommand& command, const Source& source, const Ide
   return importer::command_with(command.import, command.source, "-o " + shell_word(folder_to_offer(command, source)));
 }
 
+/// The command that draws the record into a picture: one on the terminal would lead back to the fit.
+std::string picture_of_record(const FitCommand& command) {
+  const std::string picture = free_name(fs::path(command.source).filename().replace_extension(".svg").string());
+  return fmt::format("eha plot {} -o {}", shell_word(command.source), shell_word(picture));
+}
+
 /// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of a grey box that
 /// holds, or the record of an output that wanders or drifts; none otherwise.
 /// @param written  models' files, beside which a fit of another structure is not the next step
@@ -251,10 +257,10 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
                                                      : " -o " + shell_word(folder_to_offer(command, source));
       return importer::command_with(command.import, command.source, fmt::format("--model {}{}", kind->name, folder));
     }
-    if (ident::takes_in_a_drift(model)) return "eha plot " + shell_word(command.source);
+    if (ident::takes_in_a_drift(model)) return picture_of_record(command);
     if (!has_model && !is_accepted(one) && ident::wanders(model, *model.verdict) &&
         ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift) {
-      return "eha plot " + shell_word(command.source);
+      return picture_of_record(command);
     }
   }
   return std::nullopt;
@@ -374,7 +380,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
   if (first == ident::FirstStep::look_at_sensor) {
-    console.next_step((source.run_folder ? suggest::read(console.rig()) : "eha plot " + shell_word(command.source)));
+    console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
   } else if (const auto next = identify::next_experiment_file(written)) {
     console.next_step(suggest::run(console.rig(), {next->string()}));
   } else if (const auto step = step_by_cause(command, source, identification, written); step && !cut) {

@@ -31,6 +31,10 @@ std::string first_step(const Subject& subject) {
   const ident::NextStep next = subject.next_step();
   switch (next.first) {
     case ident::FirstStep::look_at_sensor:
+      if (subject.folder.empty()) {
+        return "look at the sensor, its wire and supply, and at the columns of the file (--input, --output); then "
+               "record again.";
+      }
       return "`eha read` shows whether the reading follows the rod; once it does, record again.";
     case ident::FirstStep::cut:
       if (next.cut_options.empty()) return "first cut the record as said above, and fit the part that is left.";

@@ -68,8 +68,8 @@ inline constexpr const char* kEffectOnOwnRecord = "effect_on_own_record";
 
 /// What to look at where a sensor shows no motion, after a semicolon.
 inline constexpr std::string_view kAgainstNoMotion =
-    "see with `eha read` whether the reading follows the rod: look at the sensor, its wire and supply, at hydraulics "
-    "and valve, and in a file at the columns (--input, --output)";
+    "look at the sensor, its wire and supply, at hydraulics and valve (on the rig `eha read` shows whether the reading "
+    "follows the rod), and in a file at the columns (--input, --output)";
 
 /// The statement of a reason, without what to do: up to its first semicolon, and without a point.
 [[nodiscard]] std::string statement_of(const std::string& reason);

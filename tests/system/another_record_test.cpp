@@ -245,7 +245,8 @@ TEST(DriftingSensor, IsSaidToWander) {
   EXPECT_EQ(ended.code, 3) << ended.out;
   EXPECT_NE(ended.out.find("because         The output wanders, whatever the input does"), std::string::npos)
       << ended.out;
-  EXPECT_NE(ended.out.find("Next: eha plot d.csv"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("Next: eha plot d.csv -o d.svg"), std::string::npos)
+      << "a picture, as a plot on the terminal leads back: " << ended.out;
   EXPECT_EQ(ended.out.find("smaller amplitudes"), std::string::npos) << ended.out;
 }
 
