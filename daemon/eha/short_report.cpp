@@ -86,8 +86,11 @@ const ident::FrequencyInterval* band_of(const Model& model) {
 
 std::string band_text(const Model& model) {
   const ident::FrequencyInterval* band = band_of(model);
+  // A longer record of an input that moves once tells no more.
+  const bool rests = model.verdict && model.verdict->judging_part_rests;
   return band ? fmt::format("{:.3g} .. {:.3g} Hz", band->lowest_Hz, band->highest_Hz)
-              : "none: the record determines the response at none of the excited frequencies; record longer";
+              : fmt::format("none: the record determines the response at none of the excited frequencies; {}",
+                            rests ? "play an input that moves more often" : "record longer");
 }
 
 std::string grade_text(const Model& model) {
