@@ -238,18 +238,6 @@ TEST(DriftingSensor, IsTakenOutAsAStraightLine) {
   }
 }
 
-TEST(DriftingSensor, IsSaidToWander) {
-  const TemporaryFolder folder;
-  folder.write("d.csv", with_drift([](int k) { return 8.0 * std::sin(2.0 * std::numbers::pi * k / 1500.0); }));
-  const Ended ended = run_eha({"fit", "d.csv"}, folder.path());
-  EXPECT_EQ(ended.code, 3) << ended.out;
-  EXPECT_NE(ended.out.find("because         The output wanders, whatever the input does"), std::string::npos)
-      << ended.out;
-  EXPECT_NE(ended.out.find("Next: eha plot d.csv -o d.svg"), std::string::npos)
-      << "a picture, as a plot on the terminal leads back: " << ended.out;
-  EXPECT_EQ(ended.out.find("smaller amplitudes"), std::string::npos) << ended.out;
-}
-
 TEST(DryFriction, IsNotOfferedForPlay) {
   const TemporaryFolder folder;
   ident::PortableDraw draw(2);

@@ -22,32 +22,32 @@ struct MadeAxis {
 /// 50 s of it, every 20 ms.
 inline Source made_axis(const MadeAxis& of) {
   constexpr int kParts = 20;
-  constexpr double kStep_s = 0.02;
-  constexpr Eigen::Index kRows = 2500;
+  constexpr double kTick_s = 0.02;
+  constexpr Eigen::Index kTicks = 2500;
   ident::PortableDraw draw(static_cast<std::uint64_t>(of.seed));
   Source source;
   source.name = "axis.csv";
-  source.record.step_s = kStep_s;
-  source.record.input.resize(kRows);
-  source.record.output.resize(kRows);
+  source.record.step_s = kTick_s;
+  source.record.input.resize(kTicks);
+  source.record.output.resize(kTicks);
   source.record.input_channel = {"valve", "V"};
   source.record.output_channel = {"rod", "mm"};
   double x = 0.0;
   double speed = 0.0;
   double shown = 0.0;
-  for (Eigen::Index k = 0; k < kRows; ++k) {
+  for (Eigen::Index k = 0; k < kTicks; ++k) {
     double u = 0.0;
     for (int i = 1; i <= 9; ++i) {
       const double f_Hz = 0.05 * i * (i + 1) / 2.0;
-      u += 0.5 * std::sin(2.0 * std::numbers::pi * f_Hz * kStep_s * static_cast<double>(k) + 0.7 * i * i + i * of.seed);
+      u += 0.5 * std::sin(2.0 * std::numbers::pi * f_Hz * kTick_s * static_cast<double>(k) + 0.7 * i * i + i * of.seed);
     }
     source.record.input[k] = u;
     source.record.output[k] = shown + 0.01 * draw.normal();
     for (int part = 0; part < kParts; ++part) {
-      const double share = kStep_s / kParts / 0.083;
+      const double share = kTick_s / kParts / 0.083;
       const double pushed = speed + share * (of.gain * u - speed);
       speed = std::copysign(std::max(0.0, std::abs(pushed) - share * of.gain * of.friction_V), pushed);
-      x += kStep_s / kParts * speed;
+      x += kTick_s / kParts * speed;
       shown = std::clamp(shown, x - of.play_mm, x + of.play_mm);
     }
   }

@@ -15,10 +15,10 @@ namespace {
 
 /// Two lags, 0.5 s and 0.17 s, behind a dead time of 0.4 s, under levels. @param before  rows that are not recorded
 Source levels_to_two_lags(Eigen::Index before, int seed) {
-  constexpr double kStep_s = 0.02;
-  constexpr Eigen::Index kRows = 1500;
+  constexpr double kTick_s = 0.02;
+  constexpr Eigen::Index kTicks = 1500;
   ident::PortableDraw draw(seed);
-  Eigen::VectorXd input(kRows + before);
+  Eigen::VectorXd input(kTicks + before);
   double level = 0.0;
   Eigen::Index held = 0;
   for (Eigen::Index k = 0; k < input.size(); ++k) {
@@ -29,14 +29,14 @@ Source levels_to_two_lags(Eigen::Index before, int seed) {
     input[k] = level;
   }
   const Eigen::VectorXd output =
-      ident::simulate({{{4.0, 0.0}}, {{0.085, 2.0}, {0.67, 1.0}, {1.0, 0.0}}, 0.4}, input, kStep_s);
+      ident::simulate({{{4.0, 0.0}}, {{0.085, 2.0}, {0.67, 1.0}, {1.0, 0.0}}, 0.4}, input, kTick_s);
   Source source;
   source.name = "lags.csv";
-  source.record.step_s = kStep_s;
+  source.record.step_s = kTick_s;
   source.record.input_channel = {"valve", "V"};
   source.record.output_channel = {"rod", "mm"};
-  source.record.input = input.tail(kRows);
-  source.record.output = output.tail(kRows);
+  source.record.input = input.tail(kTicks);
+  source.record.output = output.tail(kTicks);
   for (double& y : source.record.output) y += 0.05 * draw.normal();
   return source;
 }
