@@ -153,9 +153,8 @@ std::string map_note(const Model& model) {
   const bool integrates = model.stability && model.stability->integrator_order > 0.0;  // else it is of another kind
   if (box != model.provenance.end() && integrates) {
     return fmt::format(
-        "that map stands for dry friction, which bends its edges (eha fit --model friction {}): null and half dead "
-        "band "
-        "of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
+        "that map stands for dry friction, which bends its edges (`eha fit --model friction` {}): null and half dead "
+        "band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
         box->second, *shift, after_number(model.input_unit));
   }
   return fmt::format(

@@ -261,8 +261,7 @@ class Reasons {
       case Kind::future_input:
         return fmt::format(
             "The output moves the input: the residual correlates with the input that follows (p = {:.2g}), a "
-            "controller "
-            "closes the loop, and the model may be biased; record with the loop open.",
+            "controller closes the loop, and the model may be biased; record with the loop open.",
             c.value);
       case Kind::predicted_error:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->error) return {};
