@@ -118,21 +118,19 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::not_following:
       return fmt::format(
           "the rod moved {0:.3f} {2} less than the command must have moved it, the limit is {1:.3f} {2}; likely, in "
-          "this "
-          "order: hydraulics off, valve unplugged, sensor or its wire off, [following] of the rig file out of date: "
-          "switch on, plug in, see that `eha read` follows the rod, and after a change of the valve `eha characterise`",
+          "this order: hydraulics off, valve unplugged, sensor or its wire off, [following] of the rig file out of "
+          "date: switch on, plug in, see that `eha read` follows the rod, and after a change of the valve `eha "
+          "characterise`",
           shown_value, shown_limit, length);
     case Fault::unexplained_motion:
       return fmt::format(
           "the sensor shows {0:.3f} {2} of motion that the command cannot have made, the limit is {1:.3f} {2}; check "
-          "the "
-          "sign and wiring of sensor and valve, then [following] in the rig file",
+          "the sign and wiring of sensor and valve, then [following] in the rig file",
           shown_value, shown_limit, length);
     case Fault::enable_contact:
       return fmt::format(
           "the auxiliary contact of the enable contactor stayed open for {:.3f} s with the enable line on, {:.3f} s "
-          "are "
-          "allowed; check the contactor, its contact and the hydraulics' supply",
+          "are allowed; check the contactor, its contact and the hydraulics' supply",
           value, limit);
     case Fault::feedback_band:
       return fmt::format(
@@ -153,9 +151,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::wrong_speed:
       return fmt::format(
           "for 0.5 s the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
-          "sensor, "
-          "its "
-          "wire and its calibration, then [following] in the rig file",
+          "sensor, its wire and its calibration, then [following] in the rig file",
           shown_value, value < limit ? "at least" : "at most", shown_limit, length);
     case Fault::following_error:
       return fmt::format(
@@ -170,8 +166,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::loop_stalled:
       return fmt::format(
           "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "
-          "higher "
-          "real-time priority or a host that takes the processor away: eha doctor and eha latency",
+          "higher real-time priority or a host that takes the processor away: eha doctor and eha latency",
           value);
   }
   return "unknown fault";

@@ -210,8 +210,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   if (failures.find('`') != std::string::npos) {
     text +=
         "note     a command behind `failed` fits that file alone; for the batch write it as a plain record with the "
-        "same "
-        "options (eha import FILE OPTIONS -o NAME.csv) and name NAME.csv in its place, in a new folder (-o)\n";
+        "same options (eha import FILE OPTIONS -o NAME.csv) and name NAME.csv in its place, in a new folder (-o)\n";
   }
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(table));

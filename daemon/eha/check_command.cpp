@@ -185,8 +185,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (service && service->change) {
       throw UsageError(
           fmt::format("{}, and the limits of before are in force; {}{}put it in force with eha reload, or name the rig "
-                      "file to check "
-                      "against with --rig",
+                      "file to check against with --rig",
                       service->change->what, service->change->first, service->change->first.empty() ? "" : " "));
     }
     if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission

@@ -171,8 +171,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   if (!understood) {
     throw UsageError(
         "expected two or more runs (eha compare BEFORE AFTER), or models and one record (eha compare MODEL.json... "
-        "DATA), "
-        "or two or more models");
+        "DATA), or two or more models");
   }
   if (const std::vector<sheet::RunSheet> sheets =
           files.empty() ? sheets_of(records, console) : std::vector<sheet::RunSheet>();

@@ -224,8 +224,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
         "and runs together\n"
         "left over: what the model fitted to each record does not explain; a change from a factor of {:g} on\n"
         "of the first model: what it leaves over here beyond the known errors of its parameters and of a noisy input; "
-        "it "
-        "holds up to a factor of {:g} over the model fitted here\n"
+        "it holds up to a factor of {:g} over the model fitted here\n"
         "{}: {}, alike for all records{}\n"
         "{}K/a0: gain at rest; T: time constant; K, b: gain; a: poles, in the denominator (eha(1))\n",
         100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kGreatestErrorOverRefit, comparison.structure,

@@ -97,8 +97,7 @@ std::string frequency_table(const ident::FrequencyResponse& measured,
   text += text_table(columns, cells);
   text += fmt::format(
       "std: of the gain, by noise {}; even, odd: distortion beside the line, below its output; noise: the same of "
-      "noise "
-      "alone; {}+-: half a 95 % interval\n",
+      "noise alone; {}+-: half a 95 % interval\n",
       measured.levels ? "and distortion" : "alone", measured.levels ? "dist.: distortion at the line; " : "");
   for (const identify::IdentifiedModel& identified : models) text += bounds_of_the_linear_part(identified.result.model);
   if (every > 1)

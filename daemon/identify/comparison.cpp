@@ -199,8 +199,7 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
         ident::figure_text(ratio));
   } else if (!scored.of_another_plant && ratio > kFarError) {
     scored.cannot_tell = fmt::format(
-        "its error is {} times that on its own record, yet no parameter of it is shown to differ: friction, a leak "
-        "or "
+        "its error is {} times that on its own record, yet no parameter of it is shown to differ: friction, a leak or "
         "a load do that, or a null that is off within its interval; fit a model to this record before you rely on one",
         ident::figure_text(ratio));
   }

@@ -104,8 +104,7 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   const double length_s = task.record.step_s * static_cast<double>(task.record.output.size() - 1);
   found.sentence = fmt::format(
       "the output drifts by {:.3g}{} over the record: a straight line of {} was taken out of it, and the models "
-      "describe "
-      "the plant beside it; the sensor, the supply or the temperature may have drifted: check them",
+      "describe the plant beside it; the sensor, the supply or the temperature may have drifted: check them",
       trend->per_s * length_s, unit, found.trend);
   IdentificationTask straight = with_record(task, found.record);
   straight.trend = found.trend;

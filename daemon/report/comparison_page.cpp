@@ -175,8 +175,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
     item.html = paragraph(unfit_sentence(first, subject)) + paragraph(first_model_sentence(first, subject));
     item.remark.to_do =
         "Look at both records: an input that reaches one side only, a rod on its end stop, another signal. `eha fit` "
-        "of "
-        "the record that the model does not fit says what lies in it.";
+        "of the record that the model does not fit says what lies in it.";
     return item;
   }
   item.html = changes_table(first, subject);

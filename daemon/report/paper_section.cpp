@@ -193,10 +193,8 @@ Section paper_section(const Subject& subject) {
   Item tables{.heading = ""};
   tables.html = paragraph(
       "The published procedure to the letter, for comparison: every kept sample of the record after the discarded "
-      "time, "
-      "the first half estimates and the second validates, each from zero history. The figures follow figures 5 to 11 "
-      "of "
-      "the paper: record, output of each model, errors, correlations, stability.");
+      "time, the first half estimates and the second validates, each from zero history. The figures follow figures 5 "
+      "to 11 of the paper: record, output of each model, errors, correlations, stability.");
   tables.html += "<h3>Parameters (table 1 of the paper)</h3>\n" + parameter_table(subject.paper);
   tables.html += "<h3>Validation (table 2 of the paper)</h3>\n" + score_table(subject.paper);
   section.items.push_back(std::move(tables));

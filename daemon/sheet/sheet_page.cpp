@@ -57,8 +57,7 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   if (const auto leak = ident::leak_of(sheet)) {
     item.remark.seen = fmt::format(
         "The valve's dead band is from {:.3f} to {:.3f} V, but {}. The leak bends the points near the edges, where "
-        "they "
-        "lie beside the line.",
+        "they lie beside the line.",
         lower_V, upper_V, ident::leak_text(*leak, unit));
     item.remark.good = "Points on the line on both sides, and at 0 within the dead band.";
     item.remark.to_do =
@@ -110,8 +109,7 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   item.remark.seen = fmt::format(
       "Measured up to {:.2f} Hz; the slew limit ends it. The gain is relative to the lowest frequency of each "
       "amplitude, which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so "
-      "far: -3 dB and "
-      "-90 deg.",
+      "far: -3 dB and -90 deg.",
       sheet.highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
   item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";

@@ -101,8 +101,7 @@ report::Page page_of(const PaperStudy& study) {
   const std::vector<Cell> cells = cells_of(study);
   std::string lead = report::paragraph(fmt::format(
       "{} records of each kind of plant, each fitted by the paper's procedure and by the default one. R2 is on the "
-      "half "
-      "that estimated nothing; medians with quartiles. The paper printed 82.35 % for IO and 88.68 % for FO.",
+      "half that estimated nothing; medians with quartiles. The paper printed 82.35 % for IO and 88.68 % for FO.",
       study.seeds));
   lead += "<section class=\"verdict some\"><h2>Conclusions</h2>\n" + report::list(conclusions(cells)) + "</section>\n";
   report::Section gains{.title = "What FO gains over IO"};

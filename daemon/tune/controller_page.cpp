@@ -138,8 +138,7 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
       config::lower_bound_text(p.gain_margin.lower));
   item.remark.seen +=
       " Of the linear loop: model, filter and feedback about a moving rod. The dead band, which the inverse of the "
-      "valve "
-      "bridges, is not in it.";
+      "valve bridges, is not in it.";
   item.remark.good = "At least 45 degrees where the gain is 0 dB, over the whole band.";
   item.remark.to_do = "A wide band: make a longer record, then tune again.";
   return item;
@@ -291,10 +290,8 @@ std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit&
   const std::string in = display.of("in");
   return fmt::format(
       "From, to: the range of the trials and a quarter of it more; of a margin 95 % of 200 draws of the model keep "
-      "each "
-      "bound. A step is a new position: the reference goes there at up to {:.3g} {}/s and {:.3g} {}/s^2, settling "
-      "counts "
-      "from its end, and overshoot is beyond its end.",
+      "each bound. A step is a new position: the reference goes there at up to {:.3g} {}/s and {:.3g} {}/s^2, settling "
+      "counts from its end, and overshoot is beyond its end.",
       factor * settings.reference.velocity, in, factor * settings.reference.acceleration, in);
 }
 

@@ -96,8 +96,7 @@ std::string remark_on_fractional_orders(double gain) {
                    percent)
              : fmt::format(
                    "Fractional orders are not worth their effort here: {:.0f} % less error after a sudden load than "
-                   "with "
-                   "the best PI or PID of the same margin and noise.",
+                   "with the best PI or PID of the same margin and noise.",
                    percent);
 }
 
@@ -106,9 +105,7 @@ std::string following_remark(const ident::AxisPlant& plant) {
   return fmt::format(
       "Null {:.3f} V and half dead band {:.3f} V are those of [following] of the rig file, not the model's {:.3f} and "
       "{:.3f} V: the model's record determines its two less well, or the rod moves within the model's dead band, which "
-      "shifts them. --sheet takes those of a new "
-      "valve "
-      "sheet instead.",
+      "shifts them. --sheet takes those of a new valve sheet instead.",
       plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
 }
 

@@ -213,8 +213,7 @@ FitResult fit_by_paper(const Record& record, const StructureOptions& asked, cons
   model.provenance["normalisation"] = "none: scale and a common shift of all orders are free, as published";
   model.provenance["neglects"] =
       "the hold of the input between kept samples, all history before each part, input bias and initial state; orders "
-      "come "
-      "out too high and drift looks like dynamics";
+      "come out too high and drift looks like dynamics";
   list_parameters(model);
   result.estimation_samples = static_cast<std::size_t>(rows);
   result.time_s = row_times(record, static_cast<std::size_t>(discard), static_cast<std::size_t>(options.decimation),

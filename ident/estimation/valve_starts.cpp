@@ -147,12 +147,11 @@ void require_both_sides(const ValveMap& map, const Eigen::Ref<const Eigen::Vecto
   if (is_one_sided(input)) {
     const double beyond = std::max(share_above, share_below);
     if (std::min(beyond, 1.0 - beyond) >= kLeastShareOfASide) return;
-    throw DataError(
-        fmt::format("model {}: the input has one side, and {:.1f} % of the samples that estimate lie beyond the dead "
-                    "band of {:.4g} "
-                    "{}; the map needs {:.0f} to {:.0f} %: fit without a map, or record more input {} the dead band",
-                    model_name, 100.0 * beyond, map.dead_band, unit, 100.0 * kLeastShareOfASide,
-                    100.0 * (1.0 - kLeastShareOfASide), beyond < 0.5 ? "beyond" : "within"));
+    throw DataError(fmt::format(
+        "model {}: the input has one side, and {:.1f} % of the samples that estimate lie beyond the dead band of "
+        "{:.4g} {}; the map needs {:.0f} to {:.0f} %: fit without a map, or record more input {} the dead band",
+        model_name, 100.0 * beyond, map.dead_band, unit, 100.0 * kLeastShareOfASide, 100.0 * (1.0 - kLeastShareOfASide),
+        beyond < 0.5 ? "beyond" : "within"));
   }
   const double rarer = std::min(share_above, share_below);
   if (!(rarer < kLeastShareOfASide)) return;

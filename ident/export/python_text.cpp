@@ -87,8 +87,7 @@ std::string python_text(const ExportedModel& model, const std::string& function)
                         model.input_map->dead_band, model.input_map->negative_gain_ratio);
     driving =
         "np.maximum(u - (NULL + DEAD_BAND), 0.0)\n                        + NEGATIVE_GAIN_RATIO * np.minimum(u - (NULL "
-        "- "
-        "DEAD_BAND), 0.0)";
+        "- DEAD_BAND), 0.0)";
   } else {
     text += fmt::format("INPUT_BIAS = {}\n", model.input_bias);
   }

@@ -51,8 +51,7 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
     return fmt::format(
         "{}the error is more than white noise, the model lacks a part of the plant. They lower the grade to {} and do "
-        "not reject "
-        "it, since the error is small: {}.",
+        "not reject it, since the error is small: {}.",
         outside, text(verdict.grade), scatter_text(model));
   }
   if (!with_input) {

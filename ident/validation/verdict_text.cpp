@@ -248,8 +248,7 @@ class Reasons {
       case Kind::residual_whiteness:
         return fmt::format(
             "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
-            "leaves "
-            "over is no plain noise (p = {:.2g} for lags 1 to 20); ignore it {}, else record longer.",
+            "leaves over is no plain noise (p = {:.2g} for lags 1 to 20); ignore it {}, else record longer.",
             c.value, where_it_matters());
       case Kind::nonlinearity:
         if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
@@ -427,8 +426,7 @@ class Reasons {
     const std::string value = p == nullptr ? c.parameter : fmt::format("{} = {:.3g}", c.parameter, p->value);
     return fmt::format(
         "The record hardly determines the order {}: its 95 % interval is +- {:.2g}, more than +- {:.2g}; use a model "
-        "of "
-        "fewer parameters, or record longer.",
+        "of fewer parameters, or record longer.",
         value, half_width, kInterval95 * c.limit);
   }
 
@@ -586,8 +584,7 @@ class Reasons {
     }
     return fmt::format(
         "The model is unstable (test: {}, margin {:.4g} rad), and the limits require a stable one; record longer, or "
-        "fit "
-        "a simpler model.",
+        "fit a simpler model.",
         stability.test, stability.margin_rad);
   }
 

@@ -275,13 +275,11 @@ INSTANTIATE_TEST_SUITE_P(
         Edit{"frequency_Hz = 0.1",
              "frequency_Hz = 500",
              {"9:20: excitation.tones[0].frequency_Hz: expected less than the Nyquist frequency of the tick, 500 Hz, "
-              "got "
-              "500"}},
+              "got 500"}},
         Edit{"frequency_Hz = 0.1, amplitude_V = 1.0",
              "frequency_Hz = 12.5, amplitude_V = 0.1",
              {"9:20: excitation.tones[0].frequency_Hz: expected less than the Nyquist frequency of the decimated "
-              "record, "
-              "12.5 Hz, got 12.5"}},
+              "record, 12.5 Hz, got 12.5"}},
         Edit{"amplitude_V = 2.0",
              "amplitude_V = 4.0",
              {"5:1: excitation: expected voltages within the limits of rig.toml, -5..5 V, got 5.129 V at 9.988 s"}},

@@ -199,8 +199,7 @@ TEST(ToneGrid, NamesTheNearestFrequenciesThatFit) {
 TEST(SlewRefusal, NamesTheFactorThatPasses) {
   const auto text = [](double amplitude_V) {
     return "schema = 1\nname = \"fast\"\nduration_s = 20.0\n[excitation]\nkind = \"sine\"\ntones = [{ frequency_Hz = "
-           "2.0, "
-           "amplitude_V = " +
+           "2.0, amplitude_V = " +
            std::to_string(amplitude_V) + " }]\n[record]\ndiscard_s = 4.0\n";
   };
   const std::string message = refusal(text(4.0));

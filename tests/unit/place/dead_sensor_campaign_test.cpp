@@ -55,8 +55,7 @@ Drawn right(unsigned run) {
 std::string named(unsigned run, const Drawn& of_run, const Measured& result) {
   return fmt::format(
       "run {}: gain {:.2f} in/(V s), null {:+.2f} V, dead band {:.2f} V, noise {:.4f} V, from {:.2f} in: {} after "
-      "{:.1f} "
-      "s, {:.2f} in, {:.2f} in/s, impact {:.3f} in/s",
+      "{:.1f} s, {:.2f} in, {:.2f} in/s, impact {:.3f} in/s",
       run, of_run.gain_in_per_V_s, -of_run.plant.valve_null_offset_V, of_run.plant.valve_dead_band_V,
       of_run.plant.sensor_noise_V, of_run.plant.initial_displacement_in, acquisition::to_text(result.fault),
       result.at_s, result.way_in, result.fastest_in_per_s, result.impact_in_per_s);

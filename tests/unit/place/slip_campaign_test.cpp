@@ -140,8 +140,7 @@ void keeps_slow(
     const Placed result = played(plant, rig, target_in, fault, random);
     const std::string what = fmt::format(
         "run {}, tick {} ms: {} {:.10g} for {:.10g}, {}, {} at {:.2f} s, null {:.2f} V, dead band {:.2f} V, delay "
-        "{:.2f} s, flow "
-        "{:.1f}: {:.2f} in/s, {:.2f} in lost",
+        "{:.2f} s, flow {:.1f}: {:.2f} in/s, {:.2f} in lost",
         run, tick_ms, kind, slip.after, slip.before, fault ? fault->noise_LSB : -1.0, to_text(result.fault),
         result.at_s, -plant.valve_null_offset_V, plant.valve_dead_band_V, rig.limits.following->pressure_delay_s,
         plant.valve_rated_flow_L_per_min, result.fastest_in_per_s, result.lost_in);

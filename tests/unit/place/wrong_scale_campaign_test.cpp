@@ -30,8 +30,7 @@ TEST(WrongScaleCampaign, NeverHitsAnEndStop) {
     worst_in_per_s = std::max(worst_in_per_s, result.impact_in_per_s);
     const std::string what = fmt::format(
         "run {}: gain {:.2f} in/(V s), scale x{:.2f} about {:.2f} in, null {:+.2f} V, dead band {:.2f} V, noise {:.4f} "
-        "V, "
-        "from {:.2f} in: {} after {:.1f} s, impact {:.3f} in/s",
+        "V, from {:.2f} in: {} after {:.1f} s, impact {:.3f} in/s",
         run, of_run.gain_in_per_V_s, of_run.factor, of_run.about_in, -of_run.plant.valve_null_offset_V,
         of_run.plant.valve_dead_band_V, of_run.plant.sensor_noise_V, of_run.plant.initial_displacement_in,
         acquisition::to_text(result.fault), result.at_s, result.impact_in_per_s);

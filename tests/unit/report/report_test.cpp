@@ -491,8 +491,7 @@ TEST(Page, SaysReasonsInFewWordsBeforeTheirFigures) {
   Subject subject = subject_of("run", ident::Grade::usable);
   subject.models[0].model.verdict->reasons = {
       "The input still moves what the model leaves over (p = 0.0066, lags up to 20): a part of the plant may be "
-      "missing; "
-      "ignore it where an error of 0.01 in (rms) does not matter."};
+      "missing; ignore it where an error of 0.01 in (rms) does not matter."};
   const std::string html = page_of(subject).html;
   const std::size_t few = html.find("leaves over: a part of the plant may be missing.");
   ASSERT_NE(few, std::string::npos) << html.substr(0, html.find("</section>"));

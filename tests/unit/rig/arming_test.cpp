@@ -265,9 +265,8 @@ TEST(Arming, RefusesASlipOfThePenInFollowing) {
       {[](Following& f) { f.pressure_delay_s = 3.0; }, ""},
       {[](Following& f) { f.gain_positive_in_per_V_s = 0.0493; },
        "following.gain_positive_in_per_V_s = 0.0493 in/(V s) is less than 0.05, with which a dead sensor would show "
-       "late; "
-       "mm for inches? If the rod is so slow, measure it (`eha characterise`, or the same with the run of an earlier "
-       "one"},
+       "late; mm for inches? If the rod is so slow, measure it (`eha characterise`, or the same with the run of an "
+       "earlier one"},
       {[](Following& f) { f.gain_negative_in_per_V_s = 0.0493; }, "following.gain_negative_in_per_V_s = 0.0493"},
       {[](Following& f) { f.gain_negative_in_per_V_s = 0.05; }, ""},
       {[&](Following& f) { slow(f, 0.0493, 0.0493); }, ""},

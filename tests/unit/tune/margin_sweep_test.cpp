@@ -268,8 +268,7 @@ TEST(MarginSweep, ADirectFitOfAClosedLoopIsBiased) {
   const auto mean = std::accumulate(lag_errors_s.begin(), lag_errors_s.end(), 0.0) / twins;
   fmt::print(
       "{} twins: direct fit: gain {:+.2f} %, its intervals cover {}, lag {:+.2f} ms (median; mean {:+.2f} ms); with "
-      "the "
-      "sweep as instrument: gain {:+.2f} %, lag {:+.2f} ms\n",
+      "the sweep as instrument: gain {:+.2f} %, lag {:+.2f} ms\n",
       twins, 100.0 * direct_error, covered, 1e3 * direct_lag_s, 1e3 * mean, 100.0 * swept_error, 1e3 * swept_lag_s);
   EXPECT_GT(mean, 3e-4);
   EXPECT_LT(std::abs(swept_lag_s), 0.5 * mean);
