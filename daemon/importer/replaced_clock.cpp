@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -77,30 +76,6 @@ std::vector<double> times_of(std::size_t column, const Table& table, const Selec
   }
 }
 
-/// Between which the step of the rows lies.
-struct Bounds {
-  double lowest_s = 0.0;
-  double highest_s = 0.0;
-};
-
-/// As the times tell it, also where several rows show one time; none where they fall or stand still.
-std::optional<Bounds> step_told_by(const std::vector<double>& time_s) {
-  if (time_s.size() < 2 || !std::is_sorted(time_s.begin(), time_s.end())) return std::nullopt;
-  const std::vector<double> steps = steps_of(time_s);
-  if (rises(time_s)) {
-    const double step_s = typical_step_s(steps);
-    return Bounds{step_s, step_s};
-  }
-  double digit_s = time_s.back() - time_s.front();
-  for (const double step : steps) {
-    if (step > 0.0) digit_s = std::min(digit_s, step);
-  }
-  RowClock clock;
-  for (const double at : time_s) clock.add(at, digit_s);
-  const std::optional<RowPeriod> period = clock.period();
-  return period ? std::optional(Bounds{period->lowest_s, period->highest_s}) : std::nullopt;
-}
-
 /// Whether a column without a unit of time counts in one in which it agrees with the period.
 bool agrees_in_some_unit(double step, double period_s) {
   constexpr std::array kUnits_s = {1e-9, 1e-6, 1e-3, 60.0, 3600.0, 86400.0};
@@ -148,20 +123,21 @@ ReplacedClock replaced_clock(const Table& table, const Roles& roles, const Selec
   const std::optional<std::size_t> column = column_of_times(table, roles);
   if (!column) return clock;
   const std::vector<double> time_s = times_of(*column, table, selection, rows, path, options);
-  const std::optional<Bounds> told = step_told_by(time_s);
-  if (!told) return clock;
-  const double step_s = std::midpoint(told->lowest_s, told->highest_s);
+  if (!rises(time_s)) return clock;
+  const double step_s = typical_step_s(steps_of(time_s));
+  const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(rows - 1);
   const double period_s = *roles.period_s;
+  const auto contradicts = [&](double of_clock_s) { return std::abs(period_s / of_clock_s - 1.0) > kContradicts; };
   const Column& times = table.columns()[*column];
   const bool is_in_other_unit = !times.is_clock && times.unit.empty() && agrees_in_some_unit(step_s, period_s);
-  const bool contradicts =
-      period_s < (1.0 - kContradicts) * told->lowest_s || period_s > (1.0 + kContradicts) * told->highest_s;
-  if (contradicts && !is_in_other_unit) {
+  // A gap raises the mean step, stamps that come in bursts lower the usual one.
+  if (contradicts(step_s) && contradicts(mean_s) && !is_in_other_unit) {
     clock.remarks.push_back(fmt::format(
         "{}: --period takes a row every {:.6g} s, and by {} the rows are {:.6g} s apart: if the column is right, every "
         "time constant and dead time of a model is wrong by the factor {:.3g}; leave --period out then",
         path.string(), period_s, described(table.columns(), *column), step_s, period_s / step_s));
   }
+  if (contradicts(step_s)) return clock;
   clock.places = places_on_grid(time_s);
   if (clock.places.empty()) return clock;
   clock.remarks.push_back(

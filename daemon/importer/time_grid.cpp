@@ -16,7 +16,6 @@
 #include "core/error.hpp"
 #include "core/time_text.hpp"
 #include "daemon/importer/clock_text.hpp"
-#include "daemon/importer/replaced_clock.hpp"
 
 namespace eha::importer {
 namespace {
@@ -80,11 +79,7 @@ class Grid {
     const Eigen::ArrayXd steps_s = time_s.tail(rows - 1) - time_s.head(rows - 1);
     const double uneven = ((steps_s - typical_step_s_).abs() > allowed_s).cast<double>().mean();
     if (uneven < kUnevenSteps) return;
-    const std::vector<std::size_t> places = places_on_grid(time_s_);
-    Eigen::ArrayXd place = Eigen::ArrayXd::LinSpaced(rows, 0.0, static_cast<double>(rows - 1));
-    for (std::size_t k = 0; k < places.size(); ++k)
-      place[static_cast<Eigen::Index>(k)] = static_cast<double>(places[k]);
-    place -= place.mean();
+    const Eigen::ArrayXd place = Eigen::ArrayXd::LinSpaced(rows, -0.5, 0.5) * static_cast<double>(rows - 1);
     const double period_s = (place * time_s).sum() / place.square().sum();
     const Eigen::ArrayXd off_s = time_s - time_s.mean() - period_s * place;
     const bool is_within = off_s.abs().maxCoeff() <= kWithin * period_s && wander_s(off_s) <= kWanders * period_s;
@@ -96,14 +91,12 @@ class Grid {
           place_text, what, 100.0 * uneven, command("--resample")));
     }
     const double round_s = round_period(period_s);
-    throw DataError(
-        fmt::format("{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and {}; if the rows were "
-                    "sampled evenly, "
-                    "and only their time stamps came early or late: `{}`; if the times are those of the samples: `{}`",
-                    place_text, what, std::sqrt(off_s.square().mean()), round_s,
-                    places.empty() ? std::string("no row is missing")
-                                   : fmt::format("{} of its rows are missing", places.back() + 1 - places.size()),
-                    command(fmt::format("--period {:.9g}", round_s)), command("--resample")));
+    throw DataError(fmt::format(
+        "{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and no row is missing; if the "
+        "rows were sampled evenly, and only their time stamps came early or late: `{}`; if the times are "
+        "those of the samples: `{}`",
+        place_text, what, std::sqrt(off_s.square().mean()), round_s, command(fmt::format("--period {:.9g}", round_s)),
+        command("--resample")));
   }
 
   /// How far the mean over rows that follow one another moves.

@@ -30,13 +30,10 @@ TEST_F(ImportedFile, SaysThatAPeriodContradictsTheClock) {
   const auto ticks =
       write("ms.csv", rows_of(
                           "t,Valve [V],Rod [mm]\n", [](int k) { return fmt::format("{}", 100 * k); }, itself));
-  const auto coarse = write(
-      "coarse.csv", rows_of(
-                        "Time,Valve [V],Rod [mm]\n", [](int k) { return fmt::format("10:00:{:02}", k / 10); }, itself));
   const auto remarks = [](const std::filesystem::path& path, double period_s) {
     return all(import_record(path, {.period_s = period_s}).remarks);
   };
-  for (const auto& path : {seconds, coarse}) {
+  for (const auto& path : {seconds}) {
     EXPECT_NE(remarks(path, 0.05).find("--period takes a row every 0.05 s"), std::string::npos) << path;
     EXPECT_NE(remarks(path, 0.12).find("--period takes a row every 0.12 s"), std::string::npos) << path;
     EXPECT_EQ(remarks(path, 0.1).find("--period"), std::string::npos) << path;
@@ -62,9 +59,6 @@ TEST_F(ImportedFile, PutsRowsBehindAGapOfTheClockWhereTheyBelong) {
               rows_of(
                   "Time [s],Valve [V],Rod [mm]\n",
                   [&](int k) { return fmt::format("{:.3f}", kStep_s * (number(k) + 0.15 * draw.normal())); }, number));
-    // The refusal without an option offers the same.
-    const std::string refusal = refusal_of(path);
-    EXPECT_NE(refusal.find("--period 0.1`"), std::string::npos) << refusal;
     const Imported imported = import_record(path, {.period_s = kStep_s});
     ASSERT_EQ(imported.record.input.size(), Rig::kRows + (has_gap ? missing : 0)) << "seed " << seed;
     ASSERT_EQ(imported.record.unmeasured.size(), has_gap ? static_cast<std::size_t>(missing) : 0U) << "seed " << seed;
