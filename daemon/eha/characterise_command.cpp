@@ -16,6 +16,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
@@ -40,7 +41,8 @@ moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If 
 wrong, comment [following] out for this run.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 -o RIG.toml writes the rig file with these numbers in [following], in millimetres where its units are "mm"; all else,
-comments too, stays. No file is overwritten.
+comments too, stays. With RUN it is the file of --rig, else that of ehad, else the default one, and the run's own only
+where none of them is of its rig. No file is overwritten.
 
 Examples:
   eha arm && eha characterise -o rig-new.toml
@@ -73,35 +75,51 @@ std::string rig_file_of_service(const std::filesystem::path& socket, const Conso
   }
 }
 
-/// Returns the rig file into which the numbers of a run are written. That of the service as it is now if it is of the
-/// same rig: limits and scales of the run's own file may be old, or a stranger's. Then `replaces` stays, else it is
-/// emptied.
+/// Returns the rig file into which the numbers of a run are written. That of the service, or the one in use without it,
+/// as it is now if it is of the same rig: limits and scales of the run's own file may be old, or a stranger's. Then
+/// `replaces` stays, else it is emptied.
 config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_file, const Console& console) {
-  if (rig_file.replaces.empty()) return run.rig;
+  const std::string in_use = rig_file.replaces.empty() ? rig_file.completes : rig_file.replaces;
+  if (in_use.empty()) return run.rig;
   try {
-    config::RigConfig now = config::load_rig(rig_file.replaces);
+    config::RigConfig now = config::load_rig(in_use);
     if (now.name == run.rig.name && now.backend.index() == run.rig.backend.index()) {
       if (now.text != run.rig.text) {
-        console.info(fmt::format("{} has changed since this run: the valve's numbers are written into it as it is now",
-                                 rig_file.replaces));
+        console.info(
+            fmt::format("{} has changed since this run: the valve's numbers are written into it as it is now", in_use));
       }
       if (config::measured_rig_check_of(now.backend) != config::measured_rig_check_of(run.rig.backend)) {
         console.warning(fmt::format(
             "{} has another card, other channels or another calibration than this run: with its numbers the "
             "rig is not armed; measure anew: `eha characterise`",
-            rig_file.replaces));
+            in_use));
       }
       return now;
     }
+    if (rig_file.is_named) {
+      throw UsageError(
+          fmt::format("--rig {}: it is of the rig \"{}\", and this run is of \"{}\"; name the file of that rig", in_use,
+                      now.name, run.rig.name));
+    }
+    if (rig_file.replaces.empty()) return run.rig;
     console.warning(
         fmt::format("this run is of another rig (\"{}\") than that of {} (\"{}\"), whose file it does not "
                     "replace",
-                    run.rig.name, rig_file.replaces, now.name));
+                    run.rig.name, in_use, now.name));
   } catch (const Error& error) {
+    if (rig_file.is_named) throw;
     console.warning(fmt::format("{}; the rig file of the run is taken", error.what()));
   }
   rig_file.replaces.clear();
   return run.rig;
+}
+
+/// The rig file to write for an earlier run: the named one completed, else that of the service, else the default one.
+NewRigFile new_rig_file(const CharacteriseCommand& command, const Console& console) {
+  if (command.rig_file) return {command.output, "", *command.rig_file, true};
+  NewRigFile file{command.output, rig_file_of_service(command.socket, console)};
+  if (const auto usual = default_rig_file(); file.replaces.empty() && usual) file.completes = usual->string();
+  return file;
 }
 
 }  // namespace
@@ -183,7 +201,7 @@ ExitCode execute(const CharacteriseCommand& command, Console& console) {
   if (command.run) {
     std::optional<NewRigFile> rig_file;
     console.set_rig(access_of_run(*command.run));
-    if (writes_rig) rig_file = NewRigFile{command.output, rig_file_of_service(command.socket, console)};
+    if (writes_rig) rig_file = new_rig_file(command, console);
     return show_valve_sheet(record::OpenRun(*command.run), SheetFiles::keep, rig_file, console);
   }
   RunCommand run{command};

@@ -91,6 +91,14 @@ Recorded recorded_in(const fs::path& folder) {
   return recorded;
 }
 
+/// Replaces the file that a path leads to, not a link to it: its owner goes on to edit that one. Keeps who may read it.
+void replace_rig_file(const fs::path& path, const std::string& text) {
+  const fs::path file = fs::canonical(path);
+  const fs::perms permissions = fs::status(file).permissions();
+  os::write_file_atomically(file, text);
+  fs::permissions(file, permissions);
+}
+
 /// The same with a folder that is not there yet.
 CommissionOptions elsewhere(CommissionOptions command) {
   command.folder = free_name(command.folder.string());
@@ -253,7 +261,7 @@ class Commissioning {
         session_.ask();
         refuse_what_does_not_fit();  // checked again: it may have been changed meanwhile
         state_.files().write(kFileBefore, os::read_file(command_.rig_file));
-        os::write_file_atomically(command_.rig_file, text);
+        replace_rig_file(command_.rig_file, text);
       }
       state_.set_rig(fs::absolute(command_.rig_file).string(), record::sha256_of_file(command_.rig_file));
       state_.finish("rig file", {{"file", command_.rig_file}, {"before", before.string()}});

@@ -184,6 +184,11 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
     throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as {}", where,
                                  command.is_relative ? "+0.2in or -5mm" : "2.95in or 75mm"));
   }
+  if (!command.is_relative && where.starts_with('+')) {
+    throw UsageError(
+        fmt::format("\"{0}\": goto takes a place; write {1}, or for a way from where the rod is `eha jog {0}`", where,
+                    where.substr(1)));
+  }
   console.take_typed_unit(unit_of_length(where));
   double target_in = *length_in;
   std::optional<PlaceNow> now;

@@ -18,6 +18,8 @@ enum class SheetFiles { write, keep };
 struct NewRigFile {
   std::filesystem::path path;  ///< must not exist yet
   std::string replaces = {};   ///< the rig file that the service uses; empty: no service
+  std::string completes = {};  ///< without a service: the rig file in use; empty: that of the run
+  bool is_named = false;       ///< `completes` is what the user asked for
 };
 
 /// Computes the valve sheet of a completed run of [characterise] and prints it with the lines for rig and experiment

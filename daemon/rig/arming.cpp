@@ -23,6 +23,7 @@ namespace {
 
 // No standard defines these. They are far beyond the motions of a cylinder of this kind, so that a sound rig file never
 // reaches them.
+constexpr double kReadBeyondRange = 0.02;                       // of its range: an input reads up to its rail
 constexpr double kShortestCrossing_s = 0.1;                     ///< of the whole travel, at the highest allowed speed
 constexpr double kShortestSweep_s = 0.01;                       ///< of the whole command range, at the slew limit
 constexpr double kLongestRampOut_s = 2.0;                       ///< of a stop, from the farthest command
@@ -270,6 +271,13 @@ void judge_sensor(const config::RigConfig& rig, ArmingFindings& findings) {
   }
   const hal::Conversion conversion = hal::conversion_of(rig.backend);
   const double open_V = *limits.sensor->open_circuit_V;
+  const double beyond_V = kReadBeyondRange * (conversion.feedback_max_V - conversion.feedback_min_V);
+  if (open_V < conversion.feedback_min_V - beyond_V || open_V > conversion.feedback_max_V + beyond_V) {
+    findings.refusals.push_back(fmt::format(
+        "sensor.open_circuit_V = {:g} V is no reading of an input of {:g} to {:g} V, so that nothing shows an "
+        "open wire; measure the input with the wire off and write what `eha read` shows",
+        open_V, conversion.feedback_min_V, conversion.feedback_max_V));
+  }
   const double place_in = conversion.offset_in + conversion.scale_in_per_V * open_V;
   if (place_in >= limits.travel_min_in && place_in <= limits.travel_max_in) {
     findings.refusals.push_back(fmt::format(

@@ -40,8 +40,9 @@ double InverseMap::steepest() const noexcept {
 
 void AxisController::start(double measured, double command) noexcept {
   const AxisSettings& s = c_.settings;
+  measured = std::clamp(measured, s.reference.lowest, s.reference.highest);
   measured_ = measured;
-  set_point_ = std::clamp(measured, s.reference.lowest, s.reference.highest);
+  set_point_ = measured;
   position_ = measured;
   velocity_ = 0.0;
   for (std::size_t i = 0; i < c_.taps; ++i) {
@@ -108,8 +109,16 @@ AxisOutput AxisController::step(double set_point, double measured) noexcept {
   const AxisSettings& s = c_.settings;
   const double h = s.tick_s;
   AxisOutput out;
+  if (!std::isfinite(measured_)) {
+    out.command = command_;
+    out.reference = measured_;
+    if (!std::isfinite(measured)) return out;
+    start(measured, command_);
+  }
   generate(set_point, out);
-  if (std::isfinite(measured)) measured_ = measured;
+  if (std::isfinite(measured)) {
+    measured_ = std::clamp(measured, s.reference.least_reading(), s.reference.greatest_reading());
+  }
   const double error = filtered(out.reference - measured_);
 
   double derivative = 0.0;

@@ -37,6 +37,11 @@ struct ReferenceLimits {
   double acceleration = 0.0;  ///< positive [in/s^2]
   double jerk = 0.0;          ///< positive [in/s^3]
 
+  /// Readings beyond the set points by more than a tenth of their range are taken as these: no rod is there.
+  [[nodiscard]] double least_reading() const noexcept { return lowest - kBeyondSetPoints * (highest - lowest); }
+  [[nodiscard]] double greatest_reading() const noexcept { return highest + kBeyondSetPoints * (highest - lowest); }
+  static constexpr double kBeyondSetPoints = 0.1;
+
   bool operator==(const ReferenceLimits&) const = default;
 };
 
@@ -125,10 +130,12 @@ class AxisController {
  public:
   explicit AxisController(const AxisCoefficients& coefficients) noexcept : c_(coefficients) {}
 
-  /// Starts without a bump: the reference at the rod's position, the command at its present value.
+  /// Starts without a bump: the reference at the rod's position, within the set points, the command at its present
+  /// value. A position that is not finite starts at the first reading that is; the command stands until then.
   void start(double measured, double command) noexcept;
 
-  /// Computes one tick. Replaces a set point or a reading that is not finite by the one before.
+  /// Computes one tick. Replaces a set point or a reading that is not finite by the one before, and takes a reading far
+  /// beyond the set points as the farthest one of ReferenceLimits.
   [[nodiscard]] AxisOutput step(double set_point, double measured) noexcept;
 
  private:

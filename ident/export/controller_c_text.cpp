@@ -62,13 +62,13 @@ static double @F@_lags(const double *pole, const double *gain, int count, double
   return value;
 }
 
-/* Begins without a bump: the reference where the rod is, the command where it stands. */
+/* Begins without a bump: the reference where the rod is, within the set points, the command where it stands.
+ * A position that is not finite begins at the first one that is; the command stands until then. */
 void @F@_start(@F@_controller *c, double @POSITION@, double command_V) {
-  const double measured = @POSITION@;
+  const double measured = isfinite(@POSITION@) ? @F@_clamp(@POSITION@, @F@_lowest, @F@_highest) : NAN;
   const double command = command_V;
   int i;
-  c->measured = c->position = c->reference = measured;
-  c->set_point = @F@_clamp(measured, @F@_lowest, @F@_highest);
+  c->measured = c->position = c->reference = c->set_point = measured;
   c->velocity = c->velocity_sum = 0.0;
   for (i = 0; i < @F@_TAPS; ++i) {
     c->positions[i] = measured;
@@ -88,7 +88,8 @@ void @F@_start(@F@_controller *c, double @POSITION@, double command_V) {
   }
 }
 
-/* One tick: the command [V]. A set point or a position that is not finite counts as the one before. */
+/* One tick: the command [V]. A set point or a position that is not finite counts as the one before, a position beyond
+ * the set points by more than a tenth of their range as the farthest one. */
 double @F@_step(@F@_controller *c, double @SET_POINT@, double @POSITION@) {
   const double set_point = @SET_POINT@;
   const double measured = @POSITION@;
@@ -96,6 +97,11 @@ double @F@_step(@F@_controller *c, double @SET_POINT@, double @POSITION@) {
   const double a_most = @F@_acceleration_limit;
   double target, speed, x1, x2, d, way, y, a, wanted, next, oldest, velocity, acceleration;
   double error, derivative = 0.0, asked, w, command, in_range, lost;
+
+  if (!isfinite(c->measured)) {
+    if (!isfinite(measured)) return c->command;
+    @F@_start(c, measured, c->command);
+  }
 
   /* Reference generator. */
   target = @F@_clamp(isfinite(set_point) ? set_point : c->set_point, @F@_lowest, @F@_highest);
@@ -123,7 +129,7 @@ double @F@_step(@F@_controller *c, double @SET_POINT@, double @POSITION@) {
   acceleration = (next - oldest) / (@F@_TAPS * h);
 
   /* Filtered error. */
-  if (isfinite(measured)) c->measured = measured;
+  if (isfinite(measured)) c->measured = @F@_clamp(measured, @F@_least_reading, @F@_greatest_reading);
   error = c->reference - c->measured;
   if (@FILTER@) {
     const double input = error;

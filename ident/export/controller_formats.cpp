@@ -55,6 +55,8 @@ std::vector<std::pair<std::string, double>> controller_numbers(const AxisCoeffic
   return {{"tick", s.tick_s},
           {"lowest", s.reference.lowest},
           {"highest", s.reference.highest},
+          {"least_reading", s.reference.least_reading()},
+          {"greatest_reading", s.reference.greatest_reading()},
           {"velocity_limit", s.reference.velocity},
           {"acceleration_limit", s.reference.acceleration},
           {"taps", static_cast<double>(c.taps)},

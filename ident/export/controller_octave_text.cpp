@@ -14,8 +14,11 @@ constexpr const char* kNumbersOfScript = R"(
   DERIVATIVE_GAIN = [@DG@];
 )";
 
-constexpr const char* kStart = R"(c.measured = measured; c.position = measured; c.reference = measured;
-    c.set_point = min(max(measured, lowest), highest);
+constexpr const char* kStart =
+    R"(% The reference where the rod is, within the set points; a position that is not finite begins at the first one that is.
+    if isfinite(measured), measured = min(max(measured, lowest), highest); else, measured = NaN; end
+    c.measured = measured; c.position = measured; c.reference = measured;
+    c.set_point = measured;
     c.velocity = 0; c.velocity_sum = 0;
     c.positions = measured * ones(1, TAPS);
     c.velocities = zeros(1, TAPS);
@@ -34,6 +37,13 @@ constexpr const char* kStart = R"(c.measured = measured; c.position = measured; 
       if abs(speed) > smoothing, speed = gain * (off - sign(off) * dead_band); end
       c.integral = min(max(speed, -most_speed), most_speed) - position_rate * (measured - rest);
     end)";
+
+constexpr const char* kBegin = R"(
+  if ~isfinite(c.measured) && isfinite(measured)
+    command = c.command;
+    @START@
+  end
+  if isfinite(c.measured))";
 
 constexpr const char* kTick = R"(
   % Reference generator.
@@ -65,7 +75,7 @@ constexpr const char* kTick = R"(
   acceleration = (following - oldest) / (TAPS * tick);
 
   % Filtered error.
-  if isfinite(measured), c.measured = measured; end
+  if isfinite(measured), c.measured = min(max(measured, least_reading), greatest_reading); end
   error_now = c.reference - c.measured;
 @FILTER@
   % Feedback and feed-forward: the speed that is asked for.
@@ -124,7 +134,8 @@ constexpr const char* kOctave = R"(function [command_V, c] = @F@(c, @SET_POINT@,
     command_V = c;  % the first output of the start is the state
     return;
   end
-@TICK@  command_V = c.command;
+@BEGIN@@TICK@  end
+  command_V = c.command;
 end
 )";
 
@@ -145,7 +156,8 @@ constexpr const char* kSimulink =
                'derivative_x', zeros(1, numel(DERIVATIVE_POLE)), 'command', 0, 'is_limited', false, 'integral', 0);
     @START@
   end
-@TICK@  command_V = c.command;
+@BEGIN@@TICK@  end
+  command_V = c.command;
   @REFERENCE@ = c.reference;
   is_limited = c.is_limited;
 end
@@ -160,6 +172,7 @@ std::string text_of(const char* shape, const ExportedController& controller, con
     if (name != "taps") constants += "  " + name + " = " + real_text(value) + ";\n";
   }
   return with_values(shape, {{"NUMBERS", kNumbersOfScript},
+                             {"BEGIN", kBegin},
                              {"START", kStart},
                              {"TICK", kTick},
                              {"FILTER", c.has_filter ? kFilterOfScript : ""},

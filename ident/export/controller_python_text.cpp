@@ -48,10 +48,12 @@ def _lags(pole, gain, direct, x, value):
 
 class @F@:
     def __init__(self, @POSITION@, command_V):
-        """Begins without a bump: the reference where the rod is, the command where it stands."""
-        measured, command = @POSITION@, command_V
-        self.measured = self.position = self.reference = measured
-        self.set_point = _clamp(measured, lowest, highest)
+        """Begins without a bump: the reference where the rod is, within the set points, the command where it stands.
+
+        A position that is not finite begins at the first one that is; the command stands until then."""
+        command = command_V
+        measured = _clamp(@POSITION@, lowest, highest) if math.isfinite(@POSITION@) else math.nan
+        self.measured = self.position = self.reference = self.set_point = measured
         self.velocity = self.velocity_sum = 0.0
         self.positions = [measured] * TAPS
         self.velocities = [0.0] * TAPS
@@ -67,8 +69,13 @@ class @F@:
             self.integral = _clamp(_speed(self.command), -most_speed, most_speed) - position_rate * (measured - rest)
 
     def step(self, @SET_POINT@, @POSITION@):
-        """One tick: the command [V]. A set point or a position that is not finite counts as the one before."""
+        """One tick: the command [V]. A set point or a position that is not finite counts as the one before, a position
+        beyond the set points by more than a tenth of their range as the farthest one."""
         set_point, measured = @SET_POINT@, @POSITION@
+        if not math.isfinite(self.measured):
+            if not math.isfinite(measured):
+                return self.command
+            self.__init__(measured, self.command)
         target = _clamp(set_point if math.isfinite(set_point) else self.set_point, lowest, highest)
         speed = (target - self.set_point) / tick
         if abs(speed) > velocity_limit:
@@ -97,7 +104,7 @@ class @F@:
         acceleration = (following - oldest) / (TAPS * tick)
 
         if math.isfinite(measured):
-            self.measured = measured
+            self.measured = _clamp(measured, least_reading, greatest_reading)
         error = self.reference - self.measured
         if HAS_FILTER:
             value = error

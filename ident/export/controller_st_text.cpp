@@ -24,6 +24,7 @@ VAR_OUTPUT
 END_VAR
 VAR
   Started : BOOL := FALSE;
+  Measured : LREAL;  (* the reading that counts *)
   SetPointBefore : LREAL;
   Position : LREAL;
   Velocity : LREAL;
@@ -67,21 +68,35 @@ VAR
   Drive : LREAL;
 END_VAR
 
+(* No comparison holds for a reading that is no number: it counts as the one before. One beyond the set points by more
+   than a tenth of their range counts as the farthest one. *)
+IF @ACTUAL@ > c_greatest_reading THEN
+  Measured := c_greatest_reading;
+ELSIF @ACTUAL@ < c_least_reading THEN
+  Measured := c_least_reading;
+ELSIF (@ACTUAL@ >= c_least_reading) AND (@ACTUAL@ <= c_greatest_reading) THEN
+  Measured := @ACTUAL@;
+ELSIF NOT Started THEN
+  Command_V := LIMIT(c_command_min, ManualCommand_V, c_command_max);
+  Limited := FALSE;
+  RETURN;
+END_IF;
+
 IF Manual OR NOT Started THEN
   IF NOT Started THEN
     Commanded := LIMIT(c_command_min, ManualCommand_V, c_command_max);
   END_IF;
   Wanted := LIMIT(c_command_min, ManualCommand_V, c_command_max);
   Commanded := LIMIT(Commanded - c_slew_tick, Wanted, Commanded + c_slew_tick);
-  Position := @ACTUAL@;
-  SetPointBefore := LIMIT(c_lowest, @ACTUAL@, c_highest);
+  Position := LIMIT(c_lowest, Measured, c_highest);
+  SetPointBefore := Position;
   Velocity := 0.0;
   VelocitySum := 0.0;
   FOR i := 0 TO @LAST_TAP@ DO
-    Positions[i] := @ACTUAL@;
+    Positions[i] := Position;
     Velocities[i] := 0.0;
   END_FOR;
-  PositionSum := @ACTUAL@ * @TAPS_REAL@;
+  PositionSum := Position * @TAPS_REAL@;
   Slot := 0;
   Filter1 := 0.0;
   Filter2 := 0.0;
@@ -100,11 +115,11 @@ IF Manual OR NOT Started THEN
     IF ABS(Given) > c_smoothing THEN
       Given := Gain * (Off - SEL(Off > 0.0, -c_dead_band, c_dead_band));
     END_IF;
-    IntegralPart := LIMIT(-c_most_speed, Given, c_most_speed) - c_position_rate * (@ACTUAL@ - c_rest);
+    IntegralPart := LIMIT(-c_most_speed, Given, c_most_speed) - c_position_rate * (Position - c_rest);
   END_IF;
   Started := TRUE;
   Command_V := Commanded;
-  @REFERENCE@ := @ACTUAL@;
+  @REFERENCE@ := Position;
   Limited := FALSE;
   IF Manual THEN
     RETURN;
@@ -151,7 +166,7 @@ RefVelocity := VelocitySum / @TAPS_REAL@;
 RefAcceleration := (Following - Oldest) / (@TAPS_REAL@ * c_tick);
 
 (* Filtered error. *)
-Error := @REFERENCE@ - @ACTUAL@;
+Error := @REFERENCE@ - Measured;
 @FILTER@
 (* Feedback and feed-forward: the speed that is asked for. *)
 DerivativePart := 0.0;

@@ -102,6 +102,27 @@ TEST_F(Characterise, WritesTheRigFileInOneGoAndOverwritesNone) {
   EXPECT_NE(again.err.find("no rig file is overwritten"), std::string::npos) << again.err;
 }
 
+/// The limits of the run's own file may be old.
+TEST_F(Characterise, WritesItsNumbersIntoTheRigFileThatIsNamed) {
+  std::string narrow = content_of(rig());
+  const std::string travel = "travel_max_in = 5.75";
+  narrow.replace(narrow.find(travel), travel.size(), "travel_max_in = 4.0 ");
+  folder_->write("narrow.toml", narrow);
+  const auto written_into = [&](const std::string& named, const std::string& made) {
+    return run_eha({"characterise", run_.string(), "-o", made, "--local", "--rig", named}, folder_->path());
+  };
+  const Ended ended = written_into("narrow.toml", "narrow-new.toml");
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("narrow.toml has changed since this run"), std::string::npos) << ended.err;
+  EXPECT_NE(content_of(folder_->path() / "narrow-new.toml").find("travel_max_in = 4.0 "), std::string::npos);
+  narrow.replace(narrow.find("name = \""), 8, "name = \"other ");
+  folder_->write("other.toml", narrow);
+  const Ended refused = written_into("other.toml", "other-new.toml");
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::usage)) << refused.err;
+  EXPECT_NE(refused.err.find("--rig other.toml: it is of the rig"), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(folder_->path() / "other-new.toml"));
+}
+
 TEST_F(Characterise, ShowsTheSheetOfARunAgainAndRefusesAnother) {
   const Ended again = run_eha({"characterise", run_.string(), "--json"}, folder_->path());
   ASSERT_EQ(again.code, 0) << again.err;

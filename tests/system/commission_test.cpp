@@ -23,12 +23,16 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-/// One commissioning for all tests of the suite.
+constexpr std::filesystem::perms kOwnersFile = std::filesystem::perms::owner_read | std::filesystem::perms::owner_write;
+
+/// One commissioning for all tests of the suite, by a link to the rig file.
 class Commission : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryFolder;
-    folder_->write("rig.toml", unknown_rig());
+    folder_->write("kept.toml", unknown_rig());
+    std::filesystem::permissions(file("kept.toml"), kOwnersFile);
+    std::filesystem::create_symlink("kept.toml", file("rig.toml"));
     ended_ = new Ended(run_eha({"commission", "rig.toml", "--yes", "--fast", "--precision", "2.5"}, folder_->path()));
   }
   static void TearDownTestSuite() {
@@ -54,6 +58,13 @@ TEST_F(Commission, GoesFromAnUnknownValveToAnAxisThatKeepsItsPromise) {
   EXPECT_EQ(content_of(file("commission/rig_before.toml")), unknown_rig());
   EXPECT_THAT(content_of(file("commission/report.html")), HasSubstr("follows its reference as promised"));
   EXPECT_THAT(ended_->out, HasSubstr("$ eha characterise"));
+}
+
+TEST_F(Commission, WritesTheFileThatALinkLeadsTo) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  EXPECT_TRUE(std::filesystem::is_symlink(file("rig.toml")));
+  EXPECT_THAT(content_of(file("kept.toml")), HasSubstr("[following]"));
+  EXPECT_EQ(std::filesystem::status(file("kept.toml")).permissions(), kOwnersFile);
 }
 
 TEST_F(Commission, EndsTheRecordOnceTheGainIsKnown) {

@@ -93,6 +93,9 @@ TEST(Rehearsal, NamesNoMoveThatALocalSimulatedRodForgets) {
   folder.write("paper.toml", content_of(paper) + "\n[start]\ndisplacement_in = 2.95\n");
   const Ended checked = run_eha({"check", "paper.toml", "--rig", "rig.toml"}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err;
+  const Ended signed_place = run_eha({"goto", "+60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
+  EXPECT_EQ(signed_place.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(signed_place.err.find("goto takes a place; write 60mm, or"), std::string::npos) << signed_place.err;
   const Ended placed = run_eha({"goto", "60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path());
   EXPECT_EQ(placed.code, 0) << placed.err;
   EXPECT_NE(placed.err.find("begins each time where rig.toml says"), std::string::npos) << placed.err;

@@ -341,6 +341,9 @@ TEST(Arming, RefusesASensorWhoseOpenWireReadsAsAPlaceWithinTheTravel) {
   const std::string text = refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = 0.0; });
   EXPECT_NE(text.find("sensor.open_circuit_V = 0 V reads as 2.950 in, within the travel"), std::string::npos) << text;
   EXPECT_EQ(refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = -10.0; }), "");
+  const std::string beyond = refusal([](auto& rig) { rig.limits.sensor->open_circuit_V = 100.0; });
+  EXPECT_NE(beyond.find("sensor.open_circuit_V = 100 V is no reading of an input of -10 to 10 V"), std::string::npos)
+      << beyond;
 }
 
 /// The warnings of a rig, a line each.

@@ -119,6 +119,35 @@ TEST(AxisController, BeginsWithoutABump) {
   }
 }
 
+/// The farthest from 2.9 in that a rod goes within 20 s after a reading of one tick that is none of it.
+double farthest_after(double reading, bool at_the_start) {
+  AxisSettings s = settings();
+  s.feedback.ki = 60.0;
+  AxisController controller(coefficients(s));
+  double rod = 2.9;
+  controller.start(at_the_start ? reading : rod, s.inverse.null);
+  double farthest = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const double command = controller.step(2.9, i == 1000 && !at_the_start ? reading : rod).command;
+    rod += s.tick_s * s.inverse.speed(command);
+    farthest = std::max(farthest, std::abs(rod - 2.9));
+  }
+  EXPECT_NEAR(rod, 2.9, 0.02) << reading;
+  return farthest;
+}
+
+TEST(AxisController, IsNotCarriedAwayByOneReadingThatIsNoneOfTheRod) {
+  for (const double reading : {65535.0, -32768.0, 1e12, 1e308, -1e308, kNaN}) {
+    EXPECT_LT(farthest_after(reading, false), 0.1) << reading;
+  }
+  const AxisSettings s = settings();
+  const double reach = std::max(s.reference.highest - 2.9, 2.9 - s.reference.lowest);
+  for (const double reading : {65535.0, 73.66, -32768.0, 1e17}) {
+    EXPECT_LT(farthest_after(reading, true), reach) << reading;
+  }
+  EXPECT_LT(farthest_after(kNaN, true), 0.01);
+}
+
 TEST(AxisController, KeepsRangeAndSlewWhateverIsRead) {
   AxisSettings s = settings();
   s.feedback.ki = 60.0;

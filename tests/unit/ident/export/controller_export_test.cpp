@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@ namespace eha::ident {
 namespace {
 
 constexpr int kTicks = 100000;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 AxisSettings settings(FeedbackKind kind) {
   AxisSettings s;
@@ -46,11 +48,12 @@ bool succeeds(const std::string& command) { return std::system((command + " >/de
 class ControllerExport : public ::testing::TestWithParam<FeedbackKind> {
  protected:
   ControllerExport() {
-    // A rod that follows with a lag and noise, set points that jump and glide.
+    // A rod that follows with a lag and noise, set points that jump and glide; readings that are missing, from the
+    // start on, and some in counts.
     std::mt19937_64 random(17);
     const auto uniform = [&] { return static_cast<double>(random() >> 11U) * 0x1p-53; };
     AxisController controller(controller_.coefficients);
-    controller.start(2.0, 0.1);
+    controller.start(kNaN, 0.1);
     double rod = 2.0;
     double set_point = 2.0;
     std::ofstream input(folder_.path() / "input");
@@ -58,8 +61,11 @@ class ControllerExport : public ::testing::TestWithParam<FeedbackKind> {
     for (int i = 0; i < kTicks; ++i) {
       if (i % 3000 == 0) set_point = 0.5 + 4.5 * uniform();
       if (i % 3000 > 2000) set_point += 0.0002;
-      const double reading = rod + 0.002 * (uniform() - 0.5);
-      input << set_point << ' ' << reading << '\n';
+      const double measured = rod + 0.002 * (uniform() - 0.5);
+      const double reading = i < 3 || i % 7919 == 7000 ? kNaN : i % 2473 == 2000 ? 65535.0 : measured;
+      input << set_point << ' ';
+      if (std::isfinite(reading)) input << reading << '\n';
+      if (!std::isfinite(reading)) input << "NaN\n";
       const AxisOutput out = controller.step(set_point, reading);
       expected_.push_back(out.command);
       rod += 0.001 * 0.12 * (std::abs(out.command + 0.25) > 0.1 ? out.command + 0.25 : 0.0);
@@ -96,7 +102,7 @@ TEST_P(ControllerExport, RunsInCWithoutAWarning) {
   folder_.write(
       "main.c",
       "#include <stdio.h>\n#include \"axis.c\"\nstatic axis_controller c;\nint main(void) {\n"
-      "  double r, y;\n  axis_start(&c, 2.0, 0.1);\n"
+      "  double r, y;\n  axis_start(&c, NAN, 0.1);\n"
       "  while (scanf(\"%lf %lf\", &r, &y) == 2) printf(\"%.17g\\n\", axis_step(&c, r, y));\n  return 0;\n}\n");
   ASSERT_NO_FATAL_FAILURE(run("gcc -std=c99 -O1 -Wall -Wextra -Wconversion -Wpedantic -Werror main.c -o main -lm"));
   ASSERT_NO_FATAL_FAILURE(run("sh -c './main <input >output'"));
@@ -136,7 +142,7 @@ TEST_P(ControllerExport, RunsInPython) {
   if (!succeeds("command -v python3")) GTEST_SKIP() << "python3 is not installed";
   folder_.write("axis.py", controller_python_text(controller_, "axis"));
   folder_.write("main.py",
-                "from axis import axis\nc = axis(2.0, 0.1)\nwith open('output', 'w') as out:\n"
+                "from axis import axis\nc = axis(float('nan'), 0.1)\nwith open('output', 'w') as out:\n"
                 "    for line in open('input'):\n        r, y = map(float, line.split())\n"
                 "        out.write('%.17g\\n' % c.step(r, y))\n");
   ASSERT_NO_FATAL_FAILURE(run("python3 main.py"));
@@ -150,7 +156,7 @@ TEST_P(ControllerExport, RunsInOctave) {
   folder_.write("axis.m", controller_octave_text(controller_, "axis"));
   folder_.write("block.m", controller_simulink_text(controller_, "block"));
   folder_.write("main.m", "in = load('input'); in = in(1:" + std::to_string(ticks) +
-                              ", :); c = axis('start', 2.0, 0.1); u = zeros(rows(in), 2);\n"
+                              ", :); c = axis('start', NaN, 0.1); u = zeros(rows(in), 2);\n"
                               "for k = 1:rows(in)\n  [u(k, 1), c] = axis(c, in(k, 1), in(k, 2));\n"
                               "  if k <= 5000, u(k, 2) = block(in(k, 1), in(k, 2), c.command); end\nend\n"
                               "f = fopen('output', 'w'); fprintf(f, '%.17g\\n', u(:, 1)); fclose(f);\n");
@@ -165,15 +171,16 @@ TEST_P(ControllerExport, RunsAsStructuredText) {
   const std::string library = include != nullptr ? include : "/usr/share/matiec/lib";
   folder_.write("axis.st", controller_st_text(controller_, "axis"));
   ASSERT_NO_FATAL_FAILURE(run("iec2c -I '" + library + "' axis.st"));
-  folder_.write("main.c",
-                "#include <stdio.h>\n#include \"iec_std_lib.h\"\nTIME __CURRENT_TIME;\nBOOL __DEBUG;\n"
-                "#include \"POUS.h\"\n#include \"POUS.c\"\nstatic AXIS block;\nint main(void) {\n"
-                "  double r, y;\n  AXIS_init__(&block, 0);\n  block.EN.value = 1;\n"
-                "  block.MANUAL.value = 1;\n  block.ACTUAL_IN.value = 2.0;\n  block.MANUALCOMMAND_V.value = 0.1;\n"
-                "  AXIS_body__(&block);\n  block.MANUAL.value = 0;\n"
-                "  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n    block.SETPOINT_IN.value = r;\n"
-                "    block.ACTUAL_IN.value = y;\n    AXIS_body__(&block);\n"
-                "    printf(\"%.17g\\n\", (double)block.COMMAND_V.value);\n  }\n  return 0;\n}\n");
+  folder_.write(
+      "main.c",
+      "#include <math.h>\n#include <stdio.h>\n#include \"iec_std_lib.h\"\nTIME __CURRENT_TIME;\nBOOL __DEBUG;\n"
+      "#include \"POUS.h\"\n#include \"POUS.c\"\nstatic AXIS block;\nint main(void) {\n"
+      "  double r, y;\n  AXIS_init__(&block, 0);\n  block.EN.value = 1;\n"
+      "  block.MANUAL.value = 1;\n  block.ACTUAL_IN.value = NAN;\n  block.MANUALCOMMAND_V.value = 0.1;\n"
+      "  AXIS_body__(&block);\n  block.MANUAL.value = 0;\n"
+      "  while (scanf(\"%lf %lf\", &r, &y) == 2) {\n    block.SETPOINT_IN.value = r;\n"
+      "    block.ACTUAL_IN.value = y;\n    AXIS_body__(&block);\n"
+      "    printf(\"%.17g\\n\", (double)block.COMMAND_V.value);\n  }\n  return 0;\n}\n");
   ASSERT_NO_FATAL_FAILURE(run("gcc -w -O1 -I '" + library + "/C' main.c -o main -lm"));
   ASSERT_NO_FATAL_FAILURE(run("sh -c './main <input >output'"));
   expect_equal(1e-6);
