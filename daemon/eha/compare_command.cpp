@@ -198,7 +198,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     identify::take_input_as_straight(*straight);
   }
   console.end_progress();
-  if (!sources.empty() && sources.back().run_folder) console.set_rig(access_of_run(*sources.back().run_folder));
+  if (!sources.empty()) {
+    const auto& run = sources.back().run_folder;
+    console.set_rig(run ? access_of_run(*run) : access_of_file());
+  }
   warn_of_one_run_twice(sources, console);
   // Of several records these are among the notes of the comparison.
   for (const std::string& sentence : files.empty() ? std::vector<std::string>() : identify::named_warnings(sources)) {

@@ -110,8 +110,8 @@ class Console {
 
   ConsoleOptions options_;
   mutable std::optional<suggest::RigAccess> rig_ = {};  ///< none: not asked for yet
-  std::string typed_unit_ = {};  ///< of a length on the command line; empty: none
-  std::string subject_ = {};     ///< see set_subject()
+  std::string typed_unit_ = {};                         ///< of a length on the command line; empty: none
+  std::string subject_ = {};                            ///< see set_subject()
   bool bar_wanted_ = false;
   bool hides_results_ = false;
   std::ptrdiff_t drawn_lines_ = 0;                      ///< replaced by redraw()

@@ -308,6 +308,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (source.run_folder) {
     const bool is_of_service = entry_of_run(*source.run_folder, control::default_socket()).is_object();
     console.set_rig(access_of_run(*source.run_folder, is_of_service));
+  } else {
+    console.set_rig(access_of_file());
   }
   print_import(source.guess, source.remarks, source.repairs, console);
   if (source.experiment) {

@@ -98,6 +98,8 @@ suggest::RigAccess usual_access() {
   return has_service || default_rig_moves_machine() ? access_of(DriveOptions{}) : simulated_access({});
 }
 
+suggest::RigAccess access_of_file() { return access_of(DriveOptions{}); }
+
 std::string an_experiment() {
   std::vector<fs::path> folders{fs::path(EHA_DATA_DIR) / "experiments", fs::path("config") / "experiments"};
   if (const auto rig = default_rig_file()) folders.push_back(rig->parent_path().parent_path() / "experiments");

@@ -35,6 +35,9 @@ struct RunCommand;
 /// in this process.
 [[nodiscard]] suggest::RigAccess usual_access();
 
+/// The access to the rig of a record that no run of `eha` made: that of a service. A simulated rig has another valve.
+[[nodiscard]] suggest::RigAccess access_of_file();
+
 /// An experiment to begin with: the shipped one. Without it a name to be replaced.
 [[nodiscard]] std::string an_experiment();
 

@@ -132,6 +132,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
+  console.set_rig(source.run_folder ? access_of_run(*source.run_folder) : access_of_file());
   const bool is_asked = command.record.intersample == ident::Intersample::straight;
   if (is_asked || (!source.run_folder &&
                    intersample_for(command.record.intersample, model, console) == ident::Intersample::straight)) {

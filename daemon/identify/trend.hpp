@@ -15,8 +15,8 @@ struct Trend {
   double half_width = 0.0;  ///< of its 95 % interval
 };
 
-/// Finds the line beside a plant of two poles: fits that and the line in turn until the line stays. Its interval is
-/// that of the line alone, by what is left over, whitened.
+/// Finds the line beside a plant of two poles: fits the line, then that plant and the line in turn until the line
+/// stays. Its interval is that of the line alone, by what is left over, whitened.
 /// @returns none where the record does not show one: its interval holds half of it, or the plant cannot be fitted
 /// Cost: some five local fits of one structure.
 [[nodiscard]] std::optional<Trend> trend_of(const IdentificationTask& task);

@@ -127,7 +127,8 @@ std::string longest_of(const std::vector<Stretch>& found, double start_s, double
 }
 
 /// Stretches over which the output keeps a value to the bit, between its extremes, while the input moves over a large
-/// part of its range: no rod does that.
+/// part of its range in their first half: no rod does that. Behind a switch in the second half it may not have moved
+/// by a step of its sensor yet.
 std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const std::vector<double>& output) {
   const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
   const auto [lowest, highest] = std::minmax_element(input.begin(), input.end());
@@ -139,7 +140,7 @@ std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const st
     while (end < output.size() && !(output[end] < output[k]) && !(output[end] > output[k])) ++end;
     if (end - k >= shortest && output[k] > *least && output[k] < *greatest) {
       const auto [from, to] = std::minmax_element(input.begin() + static_cast<std::ptrdiff_t>(k),
-                                                  input.begin() + static_cast<std::ptrdiff_t>(end));
+                                                  input.begin() + static_cast<std::ptrdiff_t>(k + (end - k) / 2));
       if (*to - *from > kFrozenInput * (*highest - *lowest)) found.emplace_back(k, end - 1);
     }
     k = end;

@@ -48,7 +48,7 @@ void add_kind(Json& json, const config::SheetRun& sheet) {
 
 void add_kind(Json& json, const config::Tracking& tracking) {
   json["track"] = tracking.track.controller.name;
-  if (!tracking.track.controller_file.empty()) json["controller_file"] = tracking.track.controller_file;
+  if (const std::string& file = tracking.track.controller_file; !file.empty()) json["controller_file"] = file;
   json["controller_model"] = tracking.track.controller.provenance.model;
   add_start(json, tracking.start);
 }
@@ -77,9 +77,9 @@ Json to_json(const config::ExperimentConfig& experiment) {
   Json models = Json::array();
   for (const ident::StructureOptions& model : experiment.models) models.push_back(model.name);
   // Every kind has the members of all kinds.
-  Json json{{"name", experiment.name}, {"excitation", nullptr},  {"place_in", nullptr},
-            {"way_back", false},       {"characterises", false}, {"track", nullptr},
-            {"start_in", nullptr},     {"hold", nullptr},        {"precision", nullptr}};
+  Json json{{"name", experiment.name}, {"excitation", nullptr},      {"place_in", nullptr},        {"way_back", false},
+            {"characterises", false},  {"track", nullptr},           {"start_in", nullptr},        {"hold", nullptr},
+            {"precision", nullptr},    {"controller_file", nullptr}, {"controller_model", nullptr}};
   std::visit([&](const auto& kind) { add_kind(json, kind); }, experiment.kind);
   json["duration_s"] = experiment.duration_s;
   json["repetitions"] = experiment.repetitions;

@@ -76,7 +76,7 @@ struct ComparisonFindings {
   bool is_alike = false;
   bool is_one_record = false;  ///< models on one record, whose output is drawn once
   std::vector<std::string> sentences = {};
-  std::string to_do = {};  ///< beside that of the changes; empty: nothing to say
+  std::string to_do = {};                      ///< beside that of the changes; empty: nothing to say
   std::optional<suggest::RigAccess> rig = {};  ///< how that of the last run is reached; none: of no run
 };
 

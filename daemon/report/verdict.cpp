@@ -260,6 +260,8 @@ std::string without_models(const Subject& subject) {
     }
     return box("none", "No model in this run", html);
   }
+  const std::string_view again =
+      outcome == "interrupted" ? "record again, to the end" : "correct what ended the run and record again";
   html += paragraph(
       is_trial ? fmt::format("It is a controller's trial: no model is fitted to a record in closed loop.{}",
                              subject.trial_changes.empty() && is_broken && !subject.leak
@@ -270,11 +272,10 @@ std::string without_models(const Subject& subject) {
           ? "The run ended before its first row: there is nothing to fit or to draw. Correct what ended it and record "
             "again."
       : fit_of_part(subject).empty()
-          ? "Next: correct what ended the run and record again. The part before, shown below, is too short to fit."
-          : fmt::format(
-                "Next: correct what ended the run and record again. Only completed runs are fitted automatically; "
-                "`{}` fits the part before, which is shown below.",
-                fit_of_part(subject)));
+          ? fmt::format("Next: {}. The part before, shown below, is too short to fit.", again)
+          : fmt::format("Next: {}. Only completed runs are fitted automatically; `{}` fits the part before, which is "
+                        "shown below.",
+                        again, fit_of_part(subject)));
   if (is_trial) {
     const std::string when = subject.trip_s() ? fmt::format(" at {} s", time_text(*subject.trip_s())) : std::string();
     const std::string first = !is_broken     ? std::string()

@@ -40,11 +40,11 @@ struct ControllerSubject {
   std::optional<TrialTrace> trace = {};   ///< on the undrawn twin
   std::string why_without_plots = {};     ///< names the missing or changed file, and the command to type
   std::optional<MeasuredTrial> measured = {};
-  DisplayUnit unit = DisplayUnit("in");  ///< of lengths
-  std::string title = {};                ///< empty: by the controller's name
-  std::string lead_html = {};            ///< first part of the page
+  DisplayUnit unit = DisplayUnit("in");        ///< of lengths
+  std::string title = {};                      ///< empty: by the controller's name
+  std::string lead_html = {};                  ///< first part of the page
   std::optional<suggest::RigAccess> rig = {};  ///< how the controller's file and its rig are reached; none: unknown
-  std::vector<ComparedKind> kinds = {};  ///< none: the file does not store them
+  std::vector<ComparedKind> kinds = {};        ///< none: the file does not store them
 };
 
 /// The controller as one HTML page: promise, step and tracking on the twin, Bode and Nyquist plots of the open loop

@@ -23,7 +23,7 @@ constexpr double kRankThreshold = 1e-13;
 constexpr Index kParts = 4;  // of the input, beside the edges
 constexpr int kWhitenings = 2;
 constexpr double kFarthestShift = 0.5 * static_cast<double>(kParts);  // dead bands that the parts reach from the null
-constexpr double kStandardErrors = 2.0;  // by which a constant differs from 0 by chance
+constexpr double kStandardErrors = 2.0;                               // by which a constant differs from 0 by chance
 
 /// Least-squares coefficients of columns, and their standard errors.
 struct Regression {

@@ -253,6 +253,20 @@ TEST(OutputRemarks, NameASensorThatFrozeAndItsTime) {
   EXPECT_TRUE(findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks.empty());
 }
 
+TEST(OutputRemarks, NameNoFrozenSensorOfARodThatRestsBetweenTwoSwitches) {
+  std::vector<double> input;
+  std::vector<double> output;
+  double y = 0.0;
+  for (int k = 0; k < 3000; ++k) {
+    // The input leads by the five rows of a dead time.
+    const int level = (k / 200) % 4;
+    input.push_back(((k + 5) / 200) % 4 - 1.5);
+    y += 0.05 * (2.0 * (level - 1.5) - y);
+    output.push_back(std::round(y * 10.0) / 10.0);
+  }
+  EXPECT_EQ(findings_on_output(input, output, {}, 0.0, 0.02).frozen, "");
+}
+
 TEST(OutputRemarks, NameTheOtherEndOfAClippedSensorThoughItIsThereForAShortWhile) {
   Rod r = rod();
   const double greatest = *std::max_element(r.output.begin(), r.output.end());

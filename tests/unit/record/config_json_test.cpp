@@ -31,8 +31,9 @@ std::vector<std::string> members_of(const Json& json) {
 
 TEST(ConfigJson, HasTheSameMembersForEveryKindOfExperiment) {
   const std::vector<std::string> members = {
-      "name",      "excitation", "place_in",    "way_back", "characterises",  "track",  "start_in",   "hold",
-      "precision", "duration_s", "repetitions", "record",   "identification", "models", "acceptance", "text"};
+      "name",        "excitation", "place_in",       "way_back",        "characterises",    "track",
+      "start_in",    "hold",       "precision",      "controller_file", "controller_model", "duration_s",
+      "repetitions", "record",     "identification", "models",          "acceptance",       "text"};
   EXPECT_EQ(members_of(recorded(config::Played{})), members);
   EXPECT_EQ(members_of(recorded(config::Placing{})), members);
   EXPECT_EQ(members_of(recorded(config::SheetRun{})), members);

@@ -557,9 +557,10 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   model.provenance[kGreyBoxHolds] = "errs 0.4 times as much";
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_GE(reasons.size(), 2U);
-  EXPECT_NE(reasons[0].find("; fit the structure with dry friction (`eha fit --model friction`), which errs 0.4 times as "
-                            "much, or record larger amplitudes, beside which friction and play are small"),
-            std::string::npos)
+  EXPECT_NE(
+      reasons[0].find("; fit the structure with dry friction (`eha fit --model friction`), which errs 0.4 times as "
+                      "much, or record larger amplitudes, beside which friction and play are small"),
+      std::string::npos)
       << reasons[0];
   EXPECT_NE(reasons[1].find("or fit the structure with dry friction (`eha fit --model friction`), which errs 0.4"),
             std::string::npos)
