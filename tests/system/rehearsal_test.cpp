@@ -145,7 +145,8 @@ TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   const Ended checked = run_eha({"check", paper, "--rig", "rig.toml"}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err;
   EXPECT_NE(checked.err.find(missing), std::string::npos) << checked.err;
-  EXPECT_NE(checked.err.find("play `eha characterise -o rig-new.toml --local --fast` first"), std::string::npos) << checked.err;
+  EXPECT_NE(checked.err.find("play `eha characterise -o rig-new.toml --local --fast` first"), std::string::npos)
+      << checked.err;
   const Ended told = run_eha({"check", paper, "--rig", "rig.toml", "--json"}, folder.path());
   EXPECT_TRUE(Json::parse(told.out).at("rehearsal").is_null()) << told.out;
   folder.write("short.toml",
