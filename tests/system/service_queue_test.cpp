@@ -106,7 +106,7 @@ TEST_F(ServiceQueue, NamesTheRestOfALocalListAfterATrip) {
   EXPECT_NE(ended.err.find("not played, because the experiment before did not complete: a.toml, b.toml"),
             std::string::npos)
       << ended.err;
-  EXPECT_NE(ended.out.find("Next: eha run a.toml b.toml --local --fast --accept-travel-risk --rig "), std::string::npos)
+  EXPECT_NE(ended.out.find("Next: eha run a.toml b.toml --accept-travel-risk --local --fast --rig "), std::string::npos)
       << ended.out;
   words[2] = "missing.toml";
   const Ended refused = run_eha(words, daemon_.folder());
