@@ -350,6 +350,13 @@ IdentificationTask task_of(const Source& source) {
   return task;
 }
 
+const IdentifiedModel* recommended_model(const Identification& identification) {
+  const auto at = std::find_if(
+      identification.models.begin(), identification.models.end(),
+      [&](const IdentifiedModel& one) { return one.result.model.name == identification.recommendation.model; });
+  return at == identification.models.end() ? nullptr : &*at;
+}
+
 IdentificationTask with_record(const IdentificationTask& task, const ident::Record& record) {
   return {.record = record,
           .source_name = task.source_name,

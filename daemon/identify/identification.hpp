@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -90,6 +91,12 @@ struct Identification {
   std::vector<Round> rounds = {};                      ///< in their order, at least one
   std::optional<NextExperiment> next_experiment = {};  ///< set without a model that this record accepts and can judge
 };
+
+/// Fits a task, as identify() does in rounds.
+using FitTask = std::function<Identification(const IdentificationTask& task)>;
+
+/// The model that is recommended; null without one. Valid as long as the models stand.
+[[nodiscard]] const IdentifiedModel* recommended_model(const Identification& identification);
 
 /// The comparisons to make with the task's models.
 struct Comparisons {

@@ -17,13 +17,6 @@ constexpr double kMostOfRecord = 0.1;    // of it, for the rows that are left ou
 constexpr double kBehindDeadTime = 1.1;  // times the dead time, whose estimate errs
 constexpr std::size_t kSimpleTerms = 3;  // of a denominator, with one of a numerator: no pole and zero are one too many
 
-const ident::Model* recommended_model(const Identification& identification) {
-  for (const IdentifiedModel& one : identification.models) {
-    if (one.result.model.name == identification.recommendation.model) return &one.result.model;
-  }
-  return nullptr;
-}
-
 std::ptrdiff_t free_count(const ident::Model& model) {
   return std::count_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) { return !p.fixed; });
 }
@@ -48,8 +41,10 @@ double dead_time_s(const Identification& identification) {
 
 std::string leave_out_moving_start(IdentificationTask& task, Identification& identification, const FitTask& fit) {
   if (task.options.procedure == ident::Procedure::paper || !task.structures.empty()) return {};
-  const ident::Model* best = recommended_model(identification);
-  if (best != nullptr && (!has_terms_to_spare(*best) || !(best->transfer_function.delay_s > 0.0))) return {};
+  const IdentifiedModel* best = recommended_model(identification);
+  if (best != nullptr &&
+      !(has_terms_to_spare(best->result.model) && best->result.model.transfer_function.delay_s > 0.0))
+    return {};
   const double step_s = task.record.step_s;
   const double behind_s = std::ceil(kBehindDeadTime * dead_time_s(identification) / step_s) * step_s;
   const double length_s = step_s * static_cast<double>(task.record.output.size());
@@ -66,8 +61,9 @@ std::string leave_out_moving_start(IdentificationTask& task, Identification& ide
   later.remarks.push_back(sentence);
   try {
     Identification again = fit(later);
-    const ident::Model* anew = recommended_model(again);
-    if (anew == nullptr || (best != nullptr && free_count(*anew) >= free_count(*best))) return {};
+    const IdentifiedModel* anew = recommended_model(again);
+    if (anew == nullptr || (best != nullptr && free_count(anew->result.model) >= free_count(best->result.model)))
+      return {};
     task.options = later.options;
     task.remarks = std::move(later.remarks);
     identification = std::move(again);

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/identify/trend.hpp"
+#include "daemon/identify/identification.hpp"
 
 namespace eha::identify {
 

@@ -55,13 +55,6 @@ bool is_drift(const IdentifiedModel& one) {
                                             ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift);
 }
 
-const IdentifiedModel* recommended_one(const Identification& identification) {
-  for (const IdentifiedModel& one : identification.models) {
-    if (one.result.model.name == identification.recommendation.model) return &one;
-  }
-  return nullptr;
-}
-
 }  // namespace
 
 std::optional<Trend> trend_of(const IdentificationTask& task) {
@@ -95,7 +88,7 @@ std::optional<Trend> trend_of(const IdentificationTask& task) {
 std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const Identification& identification,
                                           const FitTask& fit) {
   if (task.options.procedure == ident::Procedure::paper) return std::nullopt;
-  const IdentifiedModel* best = recommended_one(identification);
+  const IdentifiedModel* best = recommended_model(identification);
   if (best != nullptr && !ident::takes_in_a_drift(best->result.model)) return std::nullopt;
   if (std::none_of(identification.models.begin(), identification.models.end(), is_drift)) return std::nullopt;
   const std::optional<Trend> trend = trend_of(task);
@@ -114,7 +107,7 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   straight.trend = found.trend;
   straight.remarks.push_back(found.sentence);
   found.identification = fit(straight);
-  const IdentifiedModel* anew = recommended_one(found.identification);
+  const IdentifiedModel* anew = recommended_model(found.identification);
   if (anew == nullptr || ident::takes_in_a_drift(anew->result.model)) return std::nullopt;
   return found;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -20,9 +19,6 @@ struct Trend {
 /// @returns none where the record does not show one: its interval holds half of it, or the plant cannot be fitted
 /// Cost: some five local fits of one structure.
 [[nodiscard]] std::optional<Trend> trend_of(const IdentificationTask& task);
-
-/// Fits a task, as identify() does in rounds.
-using FitTask = std::function<Identification(const IdentificationTask& task)>;
 
 /// A record without its trend, and what is identified from it.
 struct WithoutTrend {

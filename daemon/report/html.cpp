@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "core/utf8.hpp"
+#include "core/html_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
@@ -71,32 +71,7 @@ bool reaches_its_offset(const Model& model) {
 
 }  // namespace
 
-std::string escaped(std::string_view text) {
-  std::string html;
-  while (!text.empty()) {
-    const std::size_t length = character_length(text);
-    const char c = text.front();
-    if (length == 0) {
-      html += '?';
-    } else if (length > 1) {
-      html += text.substr(0, length);
-    } else if (c == '&') {
-      html += "&amp;";
-    } else if (c == '<') {
-      html += "&lt;";
-    } else if (c == '>') {
-      html += "&gt;";
-    } else if (c == '"') {
-      html += "&quot;";
-    } else if (c == '\'') {
-      html += "&#39;";
-    } else {
-      html += (static_cast<unsigned char>(c) < ' ' && c != '\n') || c == '\x7f' ? ' ' : c;
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return html;
-}
+std::string escaped(std::string_view text) { return escaped_html(text); }
 
 std::string with_code(std::string_view text) {
   std::string html;

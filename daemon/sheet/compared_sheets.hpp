@@ -18,7 +18,7 @@ struct ComparedQuantity {
   std::string unit;
   ident::Measured before;
   ident::Measured after;
-  [[nodiscard]] double joint() const;  ///< half width of the difference's 95 % interval
+  [[nodiscard]] double joint() const;  ///< half width of the difference's own 95 % interval, in squares
   [[nodiscard]] bool changed() const;  ///< the difference is beyond it
 };
 
@@ -31,7 +31,9 @@ struct ComparedSheets {
   suggest::RigAccess rig = {};                                 ///< that of the last one, for a page
 };
 
+/// Compares sheets with the first. Each quantity is held against its own interval, not all of them against one.
 /// @param sheets  at least two
+/// @param unit    of lengths in the result
 [[nodiscard]] ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit);
 
 /// A row for each quantity: name, before, after, difference, joint interval, unit, and whether it changed.
@@ -40,6 +42,7 @@ struct ComparedSheets {
 /// Schema eha-sheet-comparison/1; lengths in the unit of the quantities.
 [[nodiscard]] nlohmann::ordered_json to_json(const ComparedSheets& compared);
 
+/// The comparison as a page: its sentences, then a table for each sheet.
 [[nodiscard]] report::Page page_of(const ComparedSheets& compared);
 
 }  // namespace eha::sheet

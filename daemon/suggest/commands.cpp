@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/html_text.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::suggest {
@@ -47,15 +48,6 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
   return result.append(text);
 }
 
-/// Escapes a command for a page.
-std::string html_text(const std::string& command) {
-  std::string html = replaced(command, "&", "&amp;");
-  for (const auto& [character, entity] : {std::pair{"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}}) {
-    html = replaced(html, character, entity);
-  }
-  return html;
-}
-
 struct Quotes {
   std::string_view before;
   std::string_view after;
@@ -72,8 +64,9 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
     if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
   }
   if (rig.model.empty()) return result;
-  for (const std::string before : {"then ", ": "}) {
-    result = replaced(result, before + quoted("eha tune"), before + quoted(shown(on_one_line(tune(rig, rig.model)))));
+  const std::string whole = quoted(shown(on_one_line(tune(rig, rig.model))));
+  for (const char* before : {"then ", ": "}) {
+    result = replaced(result, before + quoted("eha tune"), before + whole);
   }
   return result;
 }
@@ -137,7 +130,7 @@ std::string completed(std::string_view text, const RigAccess& rig) {
 }
 
 std::string completed_html(std::string_view html, const RigAccess& rig) {
-  return completed_between(html, rig, {"<code>", "</code>"}, html_text);
+  return completed_between(html, rig, {"<code>", "</code>"}, escaped_html);
 }
 
 }  // namespace eha::suggest

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace eha::ident {
 namespace {
@@ -40,7 +41,8 @@ double InverseMap::steepest() const noexcept {
 
 void AxisController::start(double measured, double command) noexcept {
   const AxisSettings& s = c_.settings;
-  measured = std::clamp(measured, s.reference.lowest, s.reference.highest);
+  measured = std::isfinite(measured) ? std::clamp(measured, s.reference.lowest, s.reference.highest)
+                                     : std::numeric_limits<double>::quiet_NaN();
   measured_ = measured;
   set_point_ = measured;
   position_ = measured;

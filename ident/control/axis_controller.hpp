@@ -120,10 +120,12 @@ struct AxisOutput {
 /// Follows a set point: reference generator, feed-forward, feedback, inverse of the valve.
 ///   generator:    time-optimal approach of the set point with bounded velocity and acceleration (Han's fhan), then the
 ///                 mean over 2 acceleration / jerk, which bounds the jerk
-///   e = F (r - y);  w = position_rate (r - rest) + velocity_share r' + acceleration_s r'' + kp e + I + kd s^mu e, |w|
-///   <= most_speed u = inverse(w) within range and slew I' = ki s^(1 - lambda) e + (speed(u) - w) / tracking_s; the
-///   first part is 0 while |e| < rest_error, and where it
-///        would drive a limited command further
+///   feedback:     e = F (r - y)
+///                 w = position_rate (r - rest) + velocity_share r' + acceleration_s r'' + kp e + I + kd s^mu e,
+///                 |w| <= most_speed
+///   command:      u = inverse(w) within range and slew
+///   integrator:   I' = ki s^(1 - lambda) e + (speed(u) - w) / tracking_s; the first part is 0 while |e| < rest_error,
+///                 and where it would drive a limited command further
 /// Real-time safe. Not thread-safe. Cost: about 0.1 us a tick.
 /// Han, IEEE Trans. Industrial Electronics 56 (2009), fhan; Astroem and Haegglund, Advanced PID Control (2006), 3.5.
 class AxisController {

@@ -145,7 +145,9 @@ TEST(AxisController, IsNotCarriedAwayByOneReadingThatIsNoneOfTheRod) {
   for (const double reading : {65535.0, 73.66, -32768.0, 1e17}) {
     EXPECT_LT(farthest_after(reading, true), reach) << reading;
   }
-  EXPECT_LT(farthest_after(kNaN, true), 0.01);
+  for (const double none : {kNaN, std::numeric_limits<double>::infinity()}) {
+    EXPECT_LT(farthest_after(none, true), 0.01) << none;
+  }
 }
 
 TEST(AxisController, KeepsRangeAndSlewWhateverIsRead) {
