@@ -66,7 +66,7 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
   if (rig.model.empty()) return result;
   const std::string whole = quoted(shown(on_one_line(tune(rig, rig.model))));
   for (const char* before : {"then ", ": "}) {
-    result = replaced(result, before + quoted("eha tune"), before + whole);
+    result = replaced(result, fmt::format("{}{}", before, quoted("eha tune")), fmt::format("{}{}", before, whole));
   }
   return result;
 }
