@@ -70,10 +70,12 @@ struct Placing {
   static constexpr std::string_view kCommand = "plot";
 
   Place place = {};
-  bool brings_back = false;  ///< also from beyond a travel limit, inward only
+  bool brings_back = false;            ///< also from beyond a travel limit, inward only
+  std::optional<double> from_in = {};  ///< it begins here only; none: anywhere
 
   static void visit_keys(auto& self, auto& keys) {
     Place::visit_keys(self.place, keys);
+    keys.number("from_in", self.from_in, Range::any());
     keys.boolean("way_back", self.brings_back, Need::optional);
   }
 };

@@ -13,6 +13,7 @@ constexpr double kFilter_s = 0.05;
 constexpr double kEarly_V = 0.2;
 constexpr double kSag_in_per_s = 0.05;  ///< of a sound rod at the valve's null
 constexpr double kNullStds = 2.0;
+constexpr double kComesToRest_s = 0.5;
 constexpr std::array<double, 2> kDirections{1.0, -1.0};
 
 // Without [following]; pinned by the campaign of simulated rigs in following_campaign_test.cpp.
@@ -83,6 +84,11 @@ Breach FollowingMonitor::check(std::int64_t at_ns, double displacement_in, doubl
     if (outside_V > 0.0 && at_ns > pressure_ns_) {
       const double due_in = rule_.least_gain_in_per_V_s[i] * outside_V * since_last_s;
       missing_in_[i] = std::max(0.0, missing_in_[i] + due_in - d * moved_in);
+      left_in_[i] = std::max(0.0, left_in_[i] + due_in - d * moved_in);
+      rests_s_[i] = 0.0;
+    } else if (command_V > -rule_.dead_band_V && rests_s_[i] < kComesToRest_s) {
+      left_in_[i] = std::max(0.0, left_in_[i] - d * moved_in);
+      rests_s_[i] += since_last_s;
     }
     const double early_V = at_ns > pressure_ns_ ? rule_.early_V : rule_.waiting_early_V[i];
     const double most_in = rule_.greatest_gain_in_per_V_s[i] * std::max(0.0, command_V + early_V) * since_last_s;

@@ -30,6 +30,10 @@ struct FollowingRule {
 /// about 0 V.
 [[nodiscard]] FollowingRule following_rule(const config::RigLimits& limits) noexcept;
 
+/// Motion that the commands of earlier runs asked for and the sensor did not show, of each direction [in]. Without it a
+/// series of runs, each too short to show that the sensor is dead, would carry the rod to its end stop.
+using MissingMotion = std::array<double, 2>;
+
 /// Compares the sensor's motion with the least and the greatest motion that the commands cause. Detects a sensor that
 /// is stuck, open or reversed even if its code never rests. With u and y through the same low-pass filter (time
 /// constant 0.05 s), for each direction d, at each reading, dt and dy since the one before:
@@ -38,12 +42,15 @@ struct FollowingRule {
 /// While the pressure builds up the command stands at the null, and early is what the null's uncertainty, or a rod that
 /// sags at 0.05 in/s, needs: a null that is wrong shows by the rod's drift. not_following at S_d > missing limit,
 /// unexplained_motion at X_d > excess limit; g is the least and G the greatest gain. The sensor's noise telescopes in
-/// the sum of dy, so noise alone never counts as motion. The sums start at begin(), S_d when the pressure has built up.
+/// the sum of dy, so noise alone never counts as motion. The sums start at begin(), S_d when the pressure has built up,
+/// from what the runs before have left missing. A run leaves R_d, which is S_d but that the motion of the 0.5 s after
+/// the command counts, too, unless it is commanded the other way then: of a rod that lags nothing is left.
 /// Does not detect a slope error within the range of the gains, or a drift slower than the valve's own. Real-time safe;
 /// cost: some twenty operations. Not thread-safe.
 class FollowingMonitor {
  public:
-  explicit FollowingMonitor(const FollowingRule& rule) noexcept : rule_(rule) {}
+  explicit FollowingMonitor(const FollowingRule& rule, const MissingMotion& earlier = {}) noexcept
+      : rule_(rule), missing_in_(earlier), left_in_(earlier) {}
 
   /// The hydraulics go on. @param at_ns  as in check()
   void begin(std::int64_t at_ns) noexcept;
@@ -57,6 +64,9 @@ class FollowingMonitor {
   [[nodiscard]] double peak_missing() const noexcept { return peak_missing_; }
   [[nodiscard]] double peak_excess() const noexcept { return peak_excess_; }
 
+  /// What this run leaves to the next one.
+  [[nodiscard]] const MissingMotion& left_in() const noexcept { return left_in_; }
+
  private:
   FollowingRule rule_;
   bool has_reading_ = false;
@@ -65,7 +75,9 @@ class FollowingMonitor {
   std::int64_t pressure_ns_ = 0;  ///< time from which missing motion counts
   double filtered_V_ = 0.0;
   double filtered_in_ = 0.0;
-  std::array<double, 2> missing_in_{};
+  MissingMotion missing_in_;
+  MissingMotion left_in_;
+  std::array<double, 2> rests_s_{1.0, 1.0};  ///< since a direction was commanded
   std::array<double, 2> excess_in_{};
   double peak_missing_ = 0.0;
   double peak_excess_ = 0.0;

@@ -67,7 +67,7 @@ void run_in_thread(const std::function<void()>& work) {
 
 RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
               const config::RealtimeOptions& realtime, NonRealtime non_realtime, Clock& clock, RecordQueue& queue,
-              const StopRequest& stop, StatusBoard& board, GuardPage* page) {
+              const StopRequest& stop, StatusBoard& board, GuardPage* page, MissingMotion* missing) {
   check(source, limits, realtime, rig.capabilities());
   require(machine.state() == State::armed,
           "the rig is " + std::string(to_text(machine.state())) + ", not armed; arm it first");
@@ -78,10 +78,12 @@ RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source, const
   const auto play = [&](LatePolicy policy) {
     const SignalStack signal_stack;
     mark_loop_thread();
-    TickEngine engine(rig, machine, source, limits, realtime, policy, clock);
+    TickEngine engine(rig, machine, source, limits, realtime, policy, clock,
+                      missing != nullptr ? *missing : MissingMotion{});
     const std::int64_t period_ns = std::llround(realtime.sample_period_s * 1e9);
     const LoopLinks links{clock, queue, stop, board, page, stall_limit_ns(realtime, kernel_facts())};
     Loop(engine, machine, period_ns, links, report).run();
+    if (missing != nullptr) *missing = engine.missing_motion();
   };
   if (clock.is_virtual()) {
     play(LatePolicy::abort);

@@ -25,7 +25,8 @@ void raise_flag(TickRecord& row, TickFlag flag) noexcept { row.flags = static_ca
 }  // namespace
 
 TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
-                       const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock) noexcept
+                       const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock,
+                       const MissingMotion& missing) noexcept
     : rig_(rig),
       machine_(machine),
       source_(source),
@@ -37,7 +38,7 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       clock_(clock),
       chain_(limits, realtime.sample_period_s),
       limits_monitor_(limits, realtime.sample_period_s),
-      following_monitor_(following_rule(limits)),
+      following_monitor_(following_rule(limits), missing),
       deadlines_(realtime, late_policy) {
   const hal::RigCapabilities& abilities = rig.capabilities();
   if (source.brings_back()) limits_monitor_.allow_way_back();

@@ -48,8 +48,10 @@ struct TickInputs {
 class TickEngine {
  public:
   /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.
+  /// @param missing  of the runs before on this rig
   TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
-             const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock) noexcept;
+             const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock,
+             const MissingMotion& missing = {}) noexcept;
 
   TickRecord tick(const TickInputs& inputs) noexcept;
 
@@ -61,6 +63,10 @@ class TickEngine {
   [[nodiscard]] bool sink_failed() const noexcept { return sink_failed_; }
   [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
+  /// What the next run begins with; nothing after a fault, which somebody has to look at.
+  [[nodiscard]] MissingMotion missing_motion() const noexcept {
+    return fault_.fault == Fault::none ? following_monitor_.left_in() : MissingMotion{};
+  }
   /// First running tick, from the run's first tick [ns]; 0 before it.
   [[nodiscard]] std::int64_t experiment_ns() const noexcept {
     return static_cast<std::int64_t>(first_row_) * period_ns_;

@@ -44,6 +44,19 @@ bool is_for_models(const fs::path& run) {
   }
 }
 
+/// Why the manifest could not name a path, or its name could imitate messages of the program; empty for plain text.
+std::string why_no_text(const fs::path& path) {
+  if (one_line(path.string()) != path.string()) {
+    return "its name holds the end of a line or another character that controls a terminal; rename it";
+  }
+  try {
+    static_cast<void>(nlohmann::json(path.string()).dump());
+  } catch (const nlohmann::json::exception&) {
+    return "its name is not UTF-8 text; rename it, for instance with convmv";
+  }
+  return {};
+}
+
 /// Why an item of a folder is no record; empty for a record.
 std::string why_skipped(const fs::directory_entry& item) {
   std::error_code ignored;
@@ -67,6 +80,7 @@ std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& s
     // The link of a runs folder to one of its runs.
     if (item->is_symlink() && item->path().filename() == record::kLatestLink) continue;
     std::string why = why_skipped(*item);
+    if (why.empty()) why = why_no_text(item->path());
     if (why.empty()) {
       found.push_back(item->path());
     } else {
@@ -126,18 +140,6 @@ std::string content_of(const fs::path& source) {
   }
 }
 
-/// @throws UsageError  the manifest could not name it, or its name could imitate messages of the program
-void require_text(const fs::path& path) {
-  if (path.string().find_first_of("\n\r") != std::string::npos) {
-    throw UsageError(fmt::format("{}: holds the end of a line; rename the file", one_line(path.string())));
-  }
-  try {
-    static_cast<void>(nlohmann::json(path.string()).dump());
-  } catch (const nlohmann::json::exception&) {
-    throw UsageError(fmt::format("{}: its name is not UTF-8 text; rename it, for instance with convmv", path.string()));
-  }
-}
-
 }  // namespace
 
 FoundRecords records_of(const std::vector<std::string>& sources) {
@@ -151,7 +153,9 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
   for (const std::string& source : sources) {
     for (const fs::path& path : records_named_by(source, found.skipped)) {
       if (!seen.insert(path.lexically_normal()).second) continue;
-      require_text(path);
+      if (const std::string why = why_no_text(path); !why.empty()) {
+        throw UsageError(fmt::format("{}: {}", one_line(path.string()), why));
+      }
       records.push_back(
           {fmt::format("{:04}-{}", records.size() + 1, plain_name(path)), path.string(), content_of(path)});
     }

@@ -17,6 +17,7 @@
 #include "core/guard_page.hpp"
 #include "core/os/file_descriptor.hpp"
 #include "core/os/shared_memory.hpp"
+#include "core/os/standard_streams.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha-safe/local_snapshots.hpp"
 #include "daemon/eha-safe/save_rows.hpp"
@@ -196,6 +197,7 @@ extern "C" int __lsan_is_turned_off() { return 1; }  // NOLINT(bugprone-reserved
 #endif
 
 int main(int argc, char** argv) {
+  eha::os::open_missing_streams();
   CLI::App app("Makes a rig safe without its rig file: writes the safe voltage and switches the hydraulics off.",
                "eha-safe");
   std::string file = eha::hal::kServiceSnapshot;

@@ -218,6 +218,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   const bool is_simulated_here = !service && !command.place && !hal::moves_machine(rig.backend);
   const Player player = is_simulated_here ? Player::local : Player::service;
   require_within_travel(prepared.config, rig, *place_in, command.file, console, player);
+  if (command.place) require_place_to_begin(prepared.config, *place_in, command.file, console.unit(rig.units));
   const std::optional<Rehearsal> rehearsal = rehearse(prepared, rig, *place_in);
   const Rehearsed rehearsed{prepared, rig, *place_in, rehearsal, player};
   if (rehearsal && rehearsal->chance_of_trip >= kRefusedChanceOfTrip && !command.accept_travel_risk) {

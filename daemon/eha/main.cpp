@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/os/memory.hpp"
+#include "core/os/standard_streams.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -71,6 +72,7 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  eha::os::open_missing_streams();
   // A fit of 10^7 rows allocates 80 MB hundreds of times; clearing the pages anew took a sixth of its time.
   eha::os::keep_freed_memory();
   // Others may not change the files of this program, whatever the shell's umask is.

@@ -217,8 +217,10 @@ ExitCode execute(const PlaceCommand& command, Console& console) {
   RunCommand run{command};
   if (way_back == WayBack::confirmed) run.yes = true;
   run.experiment_file = fmt::format("{} {}", name, where);
-  run.text = fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n{}", name,
-                         kTimeOut_s, target_in, way_back == WayBack::confirmed ? "way_back = true\n" : "");
+  run.text =
+      fmt::format("schema = 1\nname = \"{}\"\nduration_s = {:g}\n\n[place]\ndisplacement_in = {:.4f}\n{}{}", name,
+                  kTimeOut_s, target_in, command.is_relative ? fmt::format("from_in = {:.4f}\n", now->place_in) : "",
+                  way_back == WayBack::confirmed ? "way_back = true\n" : "");
   return execute(run, console);
 }
 

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/rod_text.hpp"
+#include "daemon/place/place_controller.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/estimation/fit_rows.hpp"
@@ -151,6 +152,18 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
       begins_anew(rig, player)
           ? fmt::format("set initial_displacement_in of [sim] in {}, where it begins each time", rig.file_name)
           : "look at the rod, then " + move_to_middle(rig, player, unit)));
+}
+
+void require_place_to_begin(const config::ExperimentConfig& experiment, double place_in,
+                            const std::string& experiment_file, const DisplayUnit& unit) {
+  const config::Placing* placing = experiment.placing();
+  if (placing == nullptr || !placing->from_in) return;
+  if (std::abs(place_in - *placing->from_in) <= place::kTolerance_in) return;
+  throw ConfigError(fmt::format(
+      "{}: it was asked for from {:.3f} {}, and the rod now stands at {:.3f} {}; nothing was moved: ask for "
+      "it again from there",
+      experiment_file, unit.factor("in") * *placing->from_in, unit.of("in"), unit.factor("in") * place_in,
+      unit.of("in")));
 }
 
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,

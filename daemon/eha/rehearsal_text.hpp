@@ -48,6 +48,11 @@ struct Rehearsed {
 void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                   const Console& console);
 
+/// A placing that was asked for from one place does not begin at another: half an inch up may have become an inch down.
+/// @throws ConfigError
+void require_place_to_begin(const config::ExperimentConfig& experiment, double place_in,
+                            const std::string& experiment_file, const DisplayUnit& unit);
+
 /// Refuses to play from beyond a travel limit, from where only a move to a place is allowed.
 /// @throws ConfigError  gives the command of that move
 void require_within_travel(const config::ExperimentConfig& experiment, const config::RigConfig& rig, double place_in,

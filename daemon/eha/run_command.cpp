@@ -83,14 +83,18 @@ struct Acquired {
 };
 
 /// Plays and records an experiment. The rig is idle or safe on return and after an exception.
-/// @param stop  lives since before the rig is opened and until after it is closed: a signal must not end the process
+/// @param missing  motion that the runs before have left missing, then this one, too
+/// @param stop     lives since before the rig is opened and until after it is closed: a signal must not end the process
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
-                 StopOnSignals& stop, Console& console) {
+                 acquisition::MissingMotion& missing, StopOnSignals& stop, Console& console) {
   const config::PreparedExperiment& experiment = planned.experiment;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
   if (local.is_unguarded())
     throw DeviceError("the guard of the rig (eha-safe --guard) does not run; nothing is driven");
+  if (!begins_anew(rig_config, Player::local)) {
+    require_place_to_begin(experiment.config, place_of(local.rig()), planned.file, console.unit(rig_config.units));
+  }
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
@@ -109,6 +113,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
       .early_end = early_end.get(),
+      .missing = &missing,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const DisplayUnit unit = console.unit(rig_config.units);
@@ -150,9 +155,9 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 
 /// The same, with a stop that comes as late as while the rig is closed.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
-                 Console& console) {
+                 acquisition::MissingMotion& missing, Console& console) {
   StopOnSignals stop;
-  Acquired acquired = acquire(command, rig_config, planned, stop, console);
+  Acquired acquired = acquire(command, rig_config, planned, missing, stop, console);
   acquired.was_stopped = stop.end() > 0;
   return acquired;
 }
@@ -325,7 +330,7 @@ std::string later_command(const config::ExperimentConfig& experiment, const fs::
 
 /// Plays one, then fits and judges it. @returns its exit code, and whether it completed
 std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
-                                  Console& console) {
+                                  acquisition::MissingMotion& missing, Console& console) {
   const config::ExperimentConfig& experiment = planned.experiment.config;
   const std::string length = experiment.placing() != nullptr
                                  ? fmt::format("at most {:g} s", experiment.duration_s)
@@ -334,7 +339,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   console.info(fmt::format("{}: {} on {} ({})", experiment.placing() != nullptr ? planned.file : experiment.name,
                            length, rig.name, rig.file_name));
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
-  const Acquired acquired = acquire(command, rig, planned, console);
+  const Acquired acquired = acquire(command, rig, planned, missing, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
@@ -399,14 +404,15 @@ ExitCode execute(const RunCommand& command, Console& console) {
     return ExitCode::interrupted;
   }
   recover_earlier_runs(command.output, console);
-  if (planned.size() == 1) return run_one(command, rig, planned.front(), console).first;
+  acquisition::MissingMotion missing{};
+  if (planned.size() == 1) return run_one(command, rig, planned.front(), missing, console).first;
   console.keep_documents();
   ExitCode code = ExitCode::ok;
   std::vector<std::string> rest;
   for (const PlannedRun& one : planned) {
     console.print(one.file + ":");
     warn_of(one.file);
-    const auto [own, completed] = run_one(command, rig, one, console);
+    const auto [own, completed] = run_one(command, rig, one, missing, console);
     if (code == ExitCode::ok) code = own;
     if (completed) continue;
     for (const PlannedRun* later = &one + 1; later <= &planned.back(); ++later) rest.push_back(later->file);

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "core/os/standard_streams.hpp"
 #include "daemon/ehad/log.hpp"
 #include "daemon/ehad/options.hpp"
 #include "daemon/ehad/own_folders.hpp"
@@ -47,6 +48,7 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  eha::os::open_missing_streams();
   // Others may not change the service's files, whatever the umask of the shell that starts it is.
   constexpr mode_t kOthersWrite = 022;
   umask(umask(kOthersWrite) | kOthersWrite);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "config/rig_config.hpp"
+#include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -17,11 +18,12 @@ namespace eha::service {
 /// @param card     the open card; none: opens a simulated rig, so that equal experiments give equal records
 /// @param snapshot  the page of a simulated rig is beside it, see OwnedRig
 /// @param machine must be armed
+/// @param missing  of the runs before on this card, then of this one, too
 /// @throws as play::play
 [[nodiscard]] play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,
                                      const config::RigConfig& config, OwnedRig* card,
                                      const std::filesystem::path& snapshot, acquisition::NonRealtime non_realtime,
-                                     acquisition::StateMachine& machine, acquisition::StopRequest& stop,
-                                     play::RunWatch& watch);
+                                     acquisition::StateMachine& machine, acquisition::MissingMotion& missing,
+                                     acquisition::StopRequest& stop, play::RunWatch& watch);
 
 }  // namespace eha::service

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "core/error.hpp"
@@ -19,6 +20,8 @@ namespace {
 constexpr std::chrono::milliseconds kIdleRead{20};
 /// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
+constexpr double kMoves_in = 0.1;
+constexpr std::chrono::milliseconds kMovesWithin{500};
 
 template <typename TimePoint>
 std::int64_t ns_since_epoch(TimePoint now) {
@@ -50,6 +53,7 @@ bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(confi
 
 void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
+  rest_.reset();
   const ArmingFindings findings = arming_findings(config);
   for (const std::string& sentence : findings.refusals)
     spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
@@ -137,12 +141,32 @@ hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
   const hal::RigStatus status = rig.read(0, reading);
   if (status == hal::RigStatus::ok) {
     rod_.add(reading);
+    if (card_) note_rest(rig, reading);
     idle_blocks_.add({ns_since_epoch(std::chrono::steady_clock::now()),
                       ns_since_epoch(std::chrono::system_clock::now()), reading.displacement_in});
   } else {
     rod_.fail(status);
   }
   return status;
+}
+
+void RigKeeper::note_rest(hal::Rig& rig, const hal::RigReading& reading) {
+  const auto now = std::chrono::steady_clock::now();
+  const auto moved_in = [&](const hal::RigReading& seen) { return seen.displacement_in - rest_->place_in; };
+  if (rest_ && std::abs(moved_in(reading)) > kMoves_in) {
+    // Interference in one reading is none.
+    hal::RigReading again;
+    if (rig.read(0, again) != hal::RigStatus::ok || std::abs(moved_in(again)) <= kMoves_in) return;
+    moved_in_ = moved_in(again);
+  } else if (rest_ && now - rest_->at < kMovesWithin) {
+    return;
+  }
+  rest_ = {now, reading.displacement_in};
+}
+
+std::optional<double> RigKeeper::notices_motion() noexcept {
+  const double moved_in = moved_in_.exchange(0.0);
+  return moved_in != 0.0 ? std::optional(moved_in) : std::nullopt;
 }
 
 void RigKeeper::read_place(std::function<void(std::future<double>)> then) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -12,6 +14,7 @@
 
 #include "config/rig_config.hpp"
 #include "core/os/file_descriptor.hpp"
+#include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
@@ -95,14 +98,16 @@ class RigKeeper {
   /// File of the card's snapshot, for eha-safe.
   [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
 
-  /// Runs `play(card, machine)` in the rig's thread, which owns the state until `then` is called with the outcome.
+  /// Runs `play(card, machine, missing)` in the rig's thread, which owns the state until `then` is called with the
+  /// outcome.
   /// @param play  receives the card (OwnedRig*), nullptr for a simulated rig, which is reopened for each run
   template <typename Play, typename Then>
   void play(Play play, Then then) {
     thread_->ask(
         [this, play = std::move(play)]() mutable {
           idle_blocks_.finish();
-          return play(card_.get(), machine_);
+          rest_.reset();
+          return play(card_.get(), machine_, missing_);
         },
         std::move(then));
   }
@@ -114,6 +119,11 @@ class RigKeeper {
   [[nodiscard]] GuardState guard() const noexcept;
   /// Whether the guard has died since the card was opened. Returns true once, and marks the card as suspect.
   [[nodiscard]] bool notices_dead_guard() noexcept;
+
+  /// Whether the reading of an undriven machine's rod has moved by more than 0.1 in within half a second: the
+  /// hydraulics are on against the command, the sensor has slipped, or somebody moves the rod. Returns how far [in]
+  /// once.
+  [[nodiscard]] std::optional<double> notices_motion() noexcept;
 
   /// Counts up while the rig's thread is idle. Thread-safe.
   [[nodiscard]] std::uint64_t idle_beats() const noexcept { return thread_->beats(); }
@@ -127,6 +137,8 @@ class RigKeeper {
   void read_idle_rig();
   /// Reads the rig and passes the reading to the rod's view and the sample stream.
   hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
+  /// Looks at a reading of an undriven card, and reads once more where it has moved.
+  void note_rest(hal::Rig& rig, const hal::RigReading& reading);
 
   Config config_;
   std::filesystem::path snapshot_;
@@ -139,12 +151,20 @@ class RigKeeper {
   play::BlockMaker idle_blocks_{samples_, play::BlockMaker::Kind::idle};  ///< belongs to the rig's thread
   std::optional<double> placed_in_;                                       ///< of a simulated rig
   int reads_left_out_ = 0;                                                ///< of a card that does not answer
+  /// Where an undriven rod was at a time.
+  struct Rest {
+    std::chrono::steady_clock::time_point at;
+    double place_in = 0.0;
+  };
+  std::optional<Rest> rest_;        ///< at most half a second old; belongs to the rig's thread
+  std::atomic<double> moved_in_{};  ///< until it is noticed
   bool is_suspect_ = false;
   bool arming_ = false;
   std::uint64_t arming_number_ = 0;  ///< number of the newest arm(); an earlier cancelled one stays cancelled
   int reconfiguring_ = 0;
   int reopening_ = 0;  ///< number of tasks that may replace card_; the main thread does not use it meanwhile
   acquisition::StateMachine machine_;
+  acquisition::MissingMotion missing_{};  ///< of the runs so far; belongs to the rig's thread
   std::unique_ptr<Background> thread_;
 };
 

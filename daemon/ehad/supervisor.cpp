@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/needs_following.hpp"
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
@@ -22,6 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds kTimeToRecover{600};
+constexpr std::chrono::seconds kSilence{10};  ///< after a message on motion at rest
 
 fs::path require_program(const char* name) {
   fs::path program = find_program(name);
@@ -129,6 +131,9 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (rig_.is_arming()) throw DeviceError("the rig is being armed already; see eha status");
   // Its limits are checked with the configuration that the runs will have.
   if (rig_.is_reconfiguring()) throw DeviceError("the configuration is being reloaded; try again");
+  if (active_ && active_->stop->count() > 0) {
+    throw DeviceError("not armed: a stop is ramping the rod out, and then disarms the rig; once it rests: eha arm");
+  }
   const bool was_held = lease_.is_held_by(peer.uid);
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
@@ -256,10 +261,30 @@ void Supervisor::poll(Clock::time_point now) {
   }
   poll_worker();
   poll_guard();
+  poll_rod(now);
   poll_suspend();
   update_inhibitor();
   poll_health(now);
   notifier_.status(status_text());
+}
+
+void Supervisor::poll_rod(Clock::time_point now) {
+  const std::optional<double> moved_in = rig_.notices_motion();
+  if (!moved_in || active_ || now < silent_until_) return;
+  silent_until_ = now + kSilence;
+  const DisplayUnit unit(rig_.config()->units);
+  const std::string why = fmt::format(
+      "the rod's reading moved by {:.2g} {} within half a second with the hydraulics off: look at the rod; if it "
+      "moves, "
+      "use the emergency stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the "
+      "sensor or its wire has slipped (eha calibrate)",
+      unit.factor("in") * *moved_in, unit.of("in"));
+  spdlog::critical("{}", why);
+  if (rig_.is_armed() || rig_.is_arming()) {
+    disarm_rig(why, LeaseFate::kept);
+  } else if (queue_.open_fault() == nullptr) {
+    disarmed_because_ = why;
+  }
 }
 
 void Supervisor::poll_guard() {

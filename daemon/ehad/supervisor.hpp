@@ -99,6 +99,7 @@ class Supervisor {
     std::shared_ptr<play::RunWatch> watch;
     std::shared_ptr<acquisition::StopRequest> stop;
     std::string stopped_by = {};  ///< user of the first stop
+    bool lost_client = false;     ///< whose connection had to be open until it plays
   };
 
   /// Experiments of one request; all of them or none enter the queue.
@@ -140,6 +141,7 @@ class Supervisor {
   [[nodiscard]] bool may_start(uid_t uid) const;
   [[nodiscard]] Json armed_answer(uid_t uid) const;
   void poll_guard();
+  void poll_rod(Clock::time_point now);
   void poll_suspend();
   void prepare_for_sleep();
   void update_inhibitor() noexcept;
@@ -158,6 +160,8 @@ class Supervisor {
   void end_submission(const Submission& submission);
   void remove_check_folder(const std::filesystem::path& folder);
   void hold_for_lost_client(Entry& entry);
+  /// Takes back a run whose folder is made and which does not play yet.
+  void take_back(Entry& entry, const std::filesystem::path& folder);
   /// Holds every waiting experiment; refuses a waiting move to a place instead.
   void hold_waiting(const std::string& why);
   void refuse_move(Entry& entry, const std::string& why);
@@ -191,6 +195,7 @@ class Supervisor {
   std::uint64_t starts_ = 0;  ///< attempts since the start of the service
   Turn next_;                 ///< the experiment about to begin; a new object for each attempt, none after a disarm
   std::string disarmed_because_ = "ehad has started";
+  Clock::time_point silent_until_{};  ///< of motion at rest
   bool shutting_down_ = false;
   Health health_;
   bool health_was_good_ = true;

@@ -217,6 +217,7 @@ void Supervisor::client_gone(control::ClientId client) {
 
 void Supervisor::hold_for_lost_client(Entry& entry) {
   entry.client = 0;
+  if (active_ && active_->entry == entry.id && !active_->playing) active_->lost_client = true;
   if (!is_queued(entry)) return;
   if (entry.state == EntryState::held) return;  // for a reason that is known already
   const std::string why = "the connection of the command that submitted it was lost before it began";

@@ -7,11 +7,13 @@
 #include <filesystem>
 #include <utility>
 
+#include "config/experiment_config.hpp"
 #include "core/error.hpp"
 #include "daemon/ehad/play.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/narrower_limits.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -25,9 +27,18 @@ constexpr double kSamePlace_in = 0.02;
 /// Whether an entry's rehearsal is for this rig and this position of the rod.
 bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place_in) {
   if (!entry.rehearsed || entry.rehearsed->rig != rig) return false;
-  // An experiment that plays nothing, or a rig without [following], has no rehearsal at any position of the rod.
-  if (entry.rehearsal.is_null()) return true;
   return entry.rehearsed->place_in && std::abs(place_in - *entry.rehearsed->place_in) <= kSamePlace_in;
+}
+
+/// A ruler's reading is compared with the sensor when the first measurement of a valve is submitted. It says nothing of
+/// another rig file, nor of a rod that was moved since. @throws ConfigError
+void require_ruler_still_valid(const Entry& entry, const config::RigConfig& rig) {
+  if (rig.limits.following || !hal::moves_machine(rig.backend)) return;
+  if (!config::parse_experiment(entry.experiment, entry.file).characterises()) return;
+  throw ConfigError(fmt::format(
+      "{}: the rod stands elsewhere than when a ruler's reading was compared with the sensor, or the rig file was "
+      "reloaded since: ask for it again (eha characterise), with a new reading",
+      entry.file));
 }
 
 }  // namespace
@@ -68,6 +79,12 @@ void Supervisor::rehearse_next(const Turn& turn, std::future<double> read) {
   }
   if (is_rehearsed(*entry, turn->rig, place_in)) {
     start(*entry);
+    return;
+  }
+  try {
+    require_ruler_still_valid(*entry, *turn->rig);
+  } catch (const Error& error) {
+    give_up(*entry, error.exit_code(), error.what());
     return;
   }
   disk_thread_.ask([turn, text = entry->experiment] { write_checked_files(turn->folder, text, *turn->rig); },
@@ -155,14 +172,34 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
     return;
   }
   entry.run = folder.filename().string();
+  if (active_->lost_client) {
+    take_back(entry, folder);
+    return;
+  }
   spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
   active_->playing = true;
   rig_.play(
       [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
-          OwnedRig* card, acquisition::StateMachine& machine) {
-        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, *stop, *watch);
+          OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion& missing) {
+        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, missing, *stop,
+                    *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
+}
+
+void Supervisor::take_back(Entry& entry, const fs::path& folder) {
+  active_.reset();
+  disk_thread_.ask(
+      [folder] {
+        std::error_code ignored;
+        fs::remove_all(folder, ignored);
+      },
+      [](std::future<void>) {});
+  account_for(std::exchange(entry.run, {}));
+  entry.state = EntryState::waiting;
+  hold_for_lost_client(entry);
+  update_inhibitor();
+  start_next();
 }
 
 }  // namespace eha::service

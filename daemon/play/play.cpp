@@ -125,7 +125,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   const delays::Counters before = is_real_time ? delays::read_counters("/") : delays::Counters{};
   const auto play_source = [&](acquisition::CommandSource& source) {
     return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
-                            request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page);
+                            request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page,
+                            request.missing);
   };
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     if (request.early_end == nullptr) return play_source(*make_source(request));

@@ -39,6 +39,7 @@ void add_kind(Json& json, const config::Played& played) {
 void add_kind(Json& json, const config::Placing& placing) {
   json["place_in"] = placing.place.displacement_in;
   json["way_back"] = placing.brings_back;
+  if (placing.from_in) json["from_in"] = *placing.from_in;
 }
 
 void add_kind(Json& json, const config::SheetRun& sheet) {

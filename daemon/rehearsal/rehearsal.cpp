@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kDraws = 200;
 constexpr double kStep_s = 0.005;
+constexpr double kMostHidden_in = 0.01;
 constexpr double kShareWithin = 0.95;
 
 /// Range of a rod's positions, and whether the tick would have stopped it.
@@ -26,12 +27,29 @@ struct Passage {
   bool trips = false;
 };
 
+/// Returns the ticks of a step of the rehearsal. A table that is no line between the ends of its steps moves the rod by
+/// more than they show: then 1.
+Eigen::Index ticks_of_step(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  const Eigen::VectorXd& table_V = experiment.table_V;
+  const double tick_s = rig.realtime.sample_period_s;
+  const Eigen::Index ticks = std::max<Eigen::Index>(1, std::llround(kStep_s / tick_s));
+  if (ticks == 1 || !rig.limits.following) return ticks;
+  const config::ValveEstimate valve = config::valve_estimate(*rig.limits.following);
+  const double gain = std::max(valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s);
+  double hidden_V_s = 0.0;
+  for (Eigen::Index k = 0; k + ticks < table_V.size(); k += ticks) {
+    const Eigen::ArrayXd line = Eigen::ArrayXd::LinSpaced(ticks + 1, table_V[k], table_V[k + ticks]);
+    hidden_V_s += tick_s * (table_V.segment(k, ticks + 1).array() - line).abs().sum();
+  }
+  return gain * experiment.config.repetitions * hidden_V_s > kMostHidden_in ? 1 : ticks;
+}
+
 class Play {
  public:
   Play(const config::PreparedExperiment& experiment, const config::RigConfig& rig)
       : experiment_(experiment),
         limits_(rig.limits),
-        ticks_(std::max<Eigen::Index>(1, std::llround(kStep_s / rig.realtime.sample_period_s))),
+        ticks_(ticks_of_step(experiment, rig)),
         tick_s_(rig.realtime.sample_period_s),
         step_s_(static_cast<double>(ticks_) * tick_s_),
         from_V_(limits_.safe_V),

@@ -353,6 +353,13 @@ std::unique_ptr<hal::Rig> open_at_rest(const config::RigConfig& rig) {
     for (std::string& line : lines) line = fmt::format("{}: not opened: {}", rig.file_name, line);
     if (!lines.empty()) throw ConfigError(lines);
   }
+  if (hal::powers_when_off(rig.backend)) {
+    throw ConfigError(fmt::format(
+        "{}: not opened: [comedi.enable] active = \"low\" powers the hydraulics while the computer is off or boots, as "
+        "outputs are low then, and a slip here would switch them on at rest: wire it so that \"high\" powers them, or "
+        "give the contactor's auxiliary contact, [comedi.enable_contact]",
+        rig.file_name));
+  }
   return hal::open(rig.backend, rig.limits.safe_V);
 }
 

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/os/standard_streams.hpp"
 #include "daemon/web/access.hpp"
 #include "daemon/web/daemon_feed.hpp"
 #include "daemon/web/listeners.hpp"
@@ -101,6 +102,7 @@ ExitCode run_program(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  eha::os::open_missing_streams();
   std::signal(SIGPIPE, SIG_IGN);
   return static_cast<int>(run_program(argc, argv));
 }

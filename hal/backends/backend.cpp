@@ -45,6 +45,15 @@ bool switches_hydraulics(const Backend& backend) {
       backend);
 }
 
+bool powers_when_off(const Backend& backend) {
+  return std::visit(
+      [](const auto& options) {
+        if constexpr (requires { options.powers_when_off(); }) return options.powers_when_off();
+        return false;
+      },
+      backend);
+}
+
 std::string wiring_of(const Backend& backend) {
   return std::visit(
       [](const auto& options) {

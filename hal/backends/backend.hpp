@@ -33,7 +33,8 @@
 //   std::vector<OptionIssue> check(const Options&);
 //   std::unique_ptr<Rig> open_rig(const Options&, double safe_V);
 //
-// Members `seed`, `initial_displacement_in`, `enable` (optional: switches the hydraulics) and `wiring()` are optional.
+// Members `seed`, `initial_displacement_in`, `enable` (optional: switches the hydraulics) and `wiring()` are optional,
+// `powers_when_off()`, too.
 // Add it to backend_list.hpp; no other code depends on a backend's name.
 
 namespace eha::hal {
@@ -49,6 +50,9 @@ namespace eha::hal {
 
 /// Whether the hydraulics are off while nothing is driven: a machine without an enable line follows the safe voltage.
 [[nodiscard]] bool switches_hydraulics(const Backend& backend);
+
+/// Whether the hydraulics are on while the computer is off or boots, as outputs are low then, and no contact shows it.
+[[nodiscard]] bool powers_when_off(const Backend& backend);
 
 /// Returns card and channels of sensor and valve as the rig file has them, or the description of a backend without.
 [[nodiscard]] std::string wiring_of(const Backend& backend);

@@ -120,6 +120,7 @@ struct ComediOptions {
   }
 
   [[nodiscard]] std::string describe() const { return device + " (" + board + ")"; }
+  [[nodiscard]] bool powers_when_off() const { return enable && enable->active == ActiveLevel::low && !enable_contact; }
   /// Where sensor and valve are connected.
   [[nodiscard]] std::string wiring() const;
   [[nodiscard]] Conversion conversion() const {

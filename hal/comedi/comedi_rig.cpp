@@ -7,6 +7,8 @@
 #include <cmath>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "hal/comedi/comedi_device.hpp"
@@ -217,22 +219,47 @@ class CardRig final : public Rig {
     }
   }
 
+  /// Lines of some cards change their direction in groups only. The inputs are set last: a card that is refused keeps
+  /// no output against the contact of an emergency stop.
+  /// @throws DeviceError  a line does not keep its direction
   void set_directions() {
-    const auto set = [&](const std::optional<DigitalLine>& line, bool bidirectional, unsigned direction) {
-      if (!line || !bidirectional) return;
-      if (comedi_dio_config(device_.get(), line->subdevice, line->channel, direction) < 0) {
-        throw DeviceError(options_.device + ": subdevice " + std::to_string(line->subdevice) + " line " +
-                          std::to_string(line->channel) + ": cannot set its direction: " + last_comedi_error());
-      }
+    struct Wanted {
+      const char* key;
+      DigitalLine line;
+      unsigned direction;
+    };
+    std::vector<Wanted> all;
+    const auto want = [&](const char* key, const std::optional<DigitalLine>& line, bool bidirectional, unsigned to) {
+      if (line && bidirectional) all.push_back({key, *line, to});
+    };
+    want("enable", options_.enable, match_.enable_is_bidirectional, COMEDI_OUTPUT);
+    want("heartbeat", options_.heartbeat, match_.heartbeat_is_bidirectional, COMEDI_OUTPUT);
+    want("emergency_stop", options_.emergency_stop, match_.emergency_stop_is_bidirectional, COMEDI_INPUT);
+    if (options_.enable_contact) {
+      want("enable_contact", options_.enable_contact->line(), match_.enable_contact_is_bidirectional, COMEDI_INPUT);
+    }
+    const auto refuse = [&](const Wanted& one, const std::string& why) {
+      throw DeviceError(options_.device + ": comedi." + one.key + ": subdevice " + std::to_string(one.line.subdevice) +
+                        " line " + std::to_string(one.line.channel) + " " + why);
     };
     // Writes the level first, so that the line is not on when it becomes an output.
     if (match_.enable_is_bidirectional) require(set_enable(false), "switch the enable line off");
-    set(options_.emergency_stop, match_.emergency_stop_is_bidirectional, COMEDI_INPUT);
-    if (options_.enable_contact) {
-      set(options_.enable_contact->line(), match_.enable_contact_is_bidirectional, COMEDI_INPUT);
+    for (const Wanted& one : all) {
+      if (comedi_dio_config(device_.get(), one.line.subdevice, one.line.channel, one.direction) < 0) {
+        refuse(one, "cannot be given its direction: " + last_comedi_error());
+      }
     }
-    set(options_.enable, match_.enable_is_bidirectional, COMEDI_OUTPUT);
-    set(options_.heartbeat, match_.heartbeat_is_bidirectional, COMEDI_OUTPUT);
+    for (const Wanted& one : all) {
+      unsigned direction = one.direction;
+      if (comedi_dio_get_config(device_.get(), one.line.subdevice, one.line.channel, &direction) < 0) {
+        refuse(one, "does not tell its direction: " + last_comedi_error());
+      }
+      if (direction != one.direction) {
+        refuse(one,
+               "became an input with another line: this card's lines change direction in groups; wire inputs and "
+               "outputs to different groups (ports)");
+      }
+    }
   }
 
   void open_safely() {

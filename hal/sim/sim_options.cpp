@@ -109,7 +109,8 @@ std::vector<OptionIssue> check(const SimOptions& o) {
   }
   c.finite("offset_in", o.offset_in);
   c.not_negative("sensor_noise_V", o.sensor_noise_V);
-  c.positive("sub_step_us", o.sub_step_us);
+  // Shorter ones make a tick that does not end.
+  if (!(o.sub_step_us >= 0.1)) c.issue("sub_step_us", "a number of at least 0.1", o.sub_step_us);
   if (c.issues.empty()) {
     const double longest_us = kLargestStepTimesRate / fastest_rate_per_s(o) * 1e6;
     if (o.sub_step_us > longest_us) {

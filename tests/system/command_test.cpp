@@ -30,6 +30,15 @@ TEST(Command, WithoutTheServiceRunsOnlyLocally) {
       << simulated.err;
 }
 
+TEST(Command, WithoutStandardStreamsWritesItsMessagesIntoNoFile) {
+  const TemporaryFolder folder;
+  const std::string said =
+      output_of_shell(fmt::format("cd {} && {} goto 3in --local --fast --rig {} <&- >&- 2>&-; echo \"ended: $?\"",
+                                  folder.path().string(), EHA_PROGRAM, source_file("config/rigs/sim.toml")));
+  EXPECT_EQ(said, "ended: 0\n");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "runs/latest/raw.h5"));
+}
+
 TEST(Command, ThatIsUnknownIsAUsageError) {
   const TemporaryFolder folder;
   expect_refused(folder, {"frobnicate"}, ExitCode::usage, {"frobnicate", "--help"});

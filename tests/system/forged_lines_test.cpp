@@ -199,13 +199,15 @@ TEST_F(ForgedLines, AreRefusedInEveryFileThatAUserWrites) {
 TEST_F(ForgedLines, ComeFromNoRecordOfABatch) {
   fs::create_directory(at("records"));
   fs::copy_file(at("runs/r/data_40ms.csv"), at("records/a.csv"));
-  std::ofstream(at("records") / with_end("b.csv\n").append(".csv")) << "no record\n";
-  const Ended refused = printed({"batch", "records", "-o", "b", "--", "--model", "io", "--poles", "1"});
-  EXPECT_EQ(refused.code, 2) << refused.err;
-  EXPECT_NE(refused.err.find("holds the end of a line; rename the file"), std::string::npos) << refused.err;
-  fs::remove(at("records") / with_end("b.csv\n").append(".csv"));
   const Words words{"batch", "records", "-o", "b", "--", "--model", "io", "--poles", "1"};
-  EXPECT_NE(printed(words).out, "");
+  for (const std::string& name : {with_end("b.csv\n").append(".csv"), std::string("c\x1b[2J.csv")}) {
+    const fs::path hostile = at("records") / name;
+    fs::copy_file(at("records/a.csv"), hostile);
+    const Ended refused = printed({"batch", hostile.string(), "-o", "refused"});
+    EXPECT_EQ(refused.code, 2) << refused.err;
+    EXPECT_NE(refused.err.find("rename "), std::string::npos) << refused.err;
+  }
+  EXPECT_NE(printed(words).out.find("skipped  2 of records: "), std::string::npos);
   for (const auto& item : fs::recursive_directory_iterator(at("b"))) {
     if (item.path().extension() != ".json") continue;
     Document document = read_json(item.path());

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Loaded before the C library: a host whose user look-ups hang (EHA_TRAP_LOOKUP_S), and one that was suspended for 100
-// s once a file is there (EHA_TRAP_SUSPENDED).
+// Loaded before the C library: a host whose user look-ups hang (EHA_TRAP_LOOKUP_S), one that was suspended for 100 s
+// once a file is there (EHA_TRAP_SUSPENDED), and one whose disk hangs at the folder of a run for as long as a file is
+// there (EHA_TRAP_HANGS).
 #include <dlfcn.h>
 #include <pwd.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <cstring>
 
 namespace {
 
@@ -24,6 +27,12 @@ extern "C" {
 int getpwuid_r(uid_t uid, passwd* entry, char* buffer, size_t size, passwd** found) {
   if (const char* seconds = std::getenv("EHA_TRAP_LOOKUP_S")) sleep(static_cast<unsigned>(std::atoi(seconds)));
   return next<decltype(&getpwuid_r)>("getpwuid_r")(uid, entry, buffer, size, found);
+}
+
+int mkdir(const char* path, mode_t mode) noexcept {
+  const char* file = std::getenv("EHA_TRAP_HANGS");
+  while (file != nullptr && std::strstr(path, "/runs/") != nullptr && access(file, F_OK) == 0) usleep(10'000);
+  return next<decltype(&mkdir)>("mkdir")(path, mode);
 }
 
 int clock_gettime(clockid_t clock, timespec* time) noexcept {

@@ -151,6 +151,40 @@ TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing)
   EXPECT_EQ(begun.code, static_cast<int>(ExitCode::interrupted)) << begun.err;
 }
 
+TEST_F(ServiceArming, EndsWhereTheRodMovesWithTheHydraulicsOff) {
+  start();
+  client_->call("arm");
+  ASSERT_EQ(client_->call("status").at("state"), "armed");
+  rig_.card().position_in = 4.1;
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by 1.1 in within half a second with the hydraulics off"))
+      << daemon_.log();
+  const Json status = client_->call("status");
+  EXPECT_NE(status.at("state"), "armed");
+  EXPECT_NE(status.dump().find("with the hydraulics off"), std::string::npos) << status;
+}
+
+TEST_F(ServiceArming, TakesARulersReadingOfTheCalibrationThatItWasComparedWithOnly) {
+  const std::string text = uncharacterised_rig();
+  std::ofstream(daemon_.rig_file()) << text;
+  for (const std::string& variable : rig_.environment()) daemon_.set_environment(variable);
+  daemon_.start();
+  Client client(daemon_.socket());
+  const auto file = daemon_.folder() / "sheet.toml";
+  std::ofstream(file) << "schema = 1\nname = \"sheet\"\n\n[characterise]\n";
+  const Ended queued = run_eha(
+      {"run", file.string(), "--yes", "--detach", "--ruler", "2.95in", "--socket", daemon_.socket()}, daemon_.folder());
+  ASSERT_EQ(queued.code, 0) << queued.err;
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# calibrated again\n";
+  client.call("reload");
+  client.call("arm");
+  const std::int64_t entry = client.call("queue").at("entries").at(0).at("entry");
+  client.call("release", {{"entry", entry}});
+  const Json over = follow(daemon_, entry);
+  EXPECT_EQ(over.at("outcome"), "refused");
+  EXPECT_NE(over.at("note").get<std::string>().find("a ruler's reading"), std::string::npos) << over;
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+}
+
 /// A line of a rig file that leaves a machine without protection, and the value that would do.
 struct BadLine {
   std::string sound;

@@ -252,9 +252,23 @@ TEST_F(ServiceStart, GoesOnWithARunWhoseClientIsGone) {
   {
     Client other(daemon_.socket());
     attached = other.call("submit", {{"experiment", quiet_experiment_text("attached", 2.0)}}).at("entry");
-    ASSERT_TRUE(reaches(attached, "running"));
+    ASSERT_TRUE(daemon_.logs("runs in ")) << daemon_.log();
   }
   EXPECT_EQ(follow(daemon_, attached).at("outcome"), "completed");
+}
+
+TEST_F(ServiceStart, MovesARodByALittleOnlyFromWhereThatWasAskedFor) {
+  client_->call("arm");
+  const std::int64_t far = submit(*client_, placing_text(4.0), true);
+  const std::int64_t little = submit(*client_, placing_text(3.05) + "from_in = 2.95\n");
+  EXPECT_EQ(follow(daemon_, far).at("outcome"), "completed");
+  const Json over = follow(daemon_, little);
+  EXPECT_EQ(over.at("outcome"), "refused");
+  EXPECT_NE(over.at("note").get<std::string>().find("it was asked for from 2.950 in, and the rod now stands at "),
+            std::string::npos)
+      << over;
+  client_->call("arm");
+  EXPECT_EQ(follow(daemon_, submit(*client_, placing_text(3.9) + "from_in = 4.0\n")).at("outcome"), "completed");
 }
 
 TEST_F(ServiceStart, DropsWhatItsClientLeftWhileItWasChecked) {

@@ -196,6 +196,7 @@ int comedi_lock(comedi_t* device, unsigned subdevice) {
   return fcntl(device->descriptor, F_OFD_SETLK, &lock) == 0 ? 0 : fail(EACCES);
 }
 int comedi_dio_config(comedi_t*, unsigned, unsigned, unsigned) { return 0; }
+int comedi_dio_get_config(comedi_t*, unsigned, unsigned, unsigned*) { return 0; }
 int comedi_do_insn(comedi_t* device, comedi_insn* instruction) {
   const Call call;
   return call.is_held() ? perform(device, *instruction) : fail(EBUSY);

@@ -92,7 +92,7 @@ TEST_F(RigKeeperTest, LendsTheStateToTheRunAndTakesItBack) {
   ASSERT_EQ(arm(), "");
   std::optional<int> answer;
   rig_.play(
-      [](OwnedRig* card, acquisition::StateMachine& machine) {
+      [](OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion&) {
         EXPECT_EQ(card, nullptr);
         machine.move_to(State::ramp_in);
         machine.move_to(State::safe_stop);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The order in which the comedi backend makes a card safe, seen from the card.
+#include <comedilib.h>
 #include <gtest/gtest.h>
 
 #include <cerrno>
 #include <chrono>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/error.hpp"
@@ -29,6 +31,34 @@ std::unique_ptr<Rig> driven_card() {
   EXPECT_EQ(testing::stand_in_card().digital_outputs & 1U, 1U);
   testing::stand_in_card().writes.clear();
   return rig;
+}
+
+/// A card whose lines change direction eight at a time, with the emergency stop beside the enable line.
+ComediOptions one_subdevice(unsigned emergency_stop_channel) {
+  testing::stand_in_card() = {};
+  testing::stand_in_card().port_lines = 8;
+  ComediOptions options = testing::pci1716_options();
+  options.emergency_stop = DigitalLine{.subdevice = 3, .channel = emergency_stop_channel, .active = ActiveLevel::low};
+  return options;
+}
+
+TEST(CardDirections, OfAnInputInThePortOfAnOutputAreRefused) {
+  const ComediOptions options = one_subdevice(2);
+  try {
+    static_cast<void>(open_rig(options, 0.0));
+    FAIL() << "opened: the emergency stop reads the output's latch";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("comedi.enable: subdevice 3 line 0 became an input"), std::string::npos)
+        << error.what();
+  }
+  // No output is left against the contact of the emergency stop.
+  EXPECT_EQ(testing::stand_in_card().directions[3][2], static_cast<unsigned>(COMEDI_INPUT));
+}
+
+TEST(CardDirections, OfPortsOfTheirOwnAreKept) {
+  const std::unique_ptr<Rig> rig = open_rig(one_subdevice(8), 0.0);
+  EXPECT_EQ(testing::stand_in_card().directions[3][8], static_cast<unsigned>(COMEDI_INPUT));
+  EXPECT_EQ(testing::stand_in_card().directions[3][0], static_cast<unsigned>(COMEDI_OUTPUT));
 }
 
 TEST(CardSafe, SwitchesTheHydraulicsOffBeforeAnOutputThatTimesOut) {

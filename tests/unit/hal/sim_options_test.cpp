@@ -43,6 +43,8 @@ TEST(SimOptions, RefuseAStepThatTheIntegrationCannotFollow) {
   SimOptions o;
   o.sub_step_us = 400.0;
   EXPECT_EQ(keys(o), "sub_step_us");
+  o.sub_step_us = 1e-7;
+  EXPECT_EQ(keys(o), "sub_step_us") << "a tick would not end";
   o = SimOptions();
   o.friction_regularisation_mm_per_s = 0.01;
   EXPECT_EQ(keys(o), "sub_step_us");

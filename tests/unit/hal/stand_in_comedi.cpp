@@ -95,7 +95,10 @@ comedi_oor_behavior comedi_set_global_oor_behavior(comedi_oor_behavior) { return
 const char* comedi_get_board_name(comedi_t*) { return "pci1716"; }
 const char* comedi_get_driver_name(comedi_t*) { return "adv_pci1710"; }
 int comedi_get_n_subdevices(comedi_t*) { return static_cast<int>(kTypes.size()); }
-int comedi_get_subdevice_type(comedi_t*, unsigned subdevice) { return kTypes.at(subdevice); }
+int comedi_get_subdevice_type(comedi_t*, unsigned subdevice) {
+  const bool goes_both_ways = subdevice >= 2 && eha::hal::testing::stand_in_card().port_lines > 0;
+  return goes_both_ways ? COMEDI_SUBD_DIO : kTypes.at(subdevice);
+}
 int comedi_get_subdevice_flags(comedi_t*, unsigned subdevice) { return subdevice == 0 ? SDF_DIFF : SDF_GROUND; }
 int comedi_get_n_channels(comedi_t*, unsigned) { return 16; }
 int comedi_range_is_chan_specific(comedi_t*, unsigned) { return 0; }
@@ -107,7 +110,17 @@ comedi_range* comedi_get_range(comedi_t*, unsigned subdevice, unsigned, unsigned
   return &ranges.at(subdevice == 1 ? 1 : 0);
 }
 int comedi_lock(comedi_t*, unsigned) { return 0; }
-int comedi_dio_config(comedi_t*, unsigned, unsigned, unsigned) { return 0; }
+int comedi_dio_config(comedi_t*, unsigned subdevice, unsigned channel, unsigned direction) {
+  auto& card = eha::hal::testing::stand_in_card();
+  auto& lines = card.directions.at(subdevice);
+  const std::size_t first = channel - channel % card.port_lines;
+  for (std::size_t line = first; line < first + card.port_lines; ++line) lines.at(line) = direction;
+  return 0;
+}
+int comedi_dio_get_config(comedi_t*, unsigned subdevice, unsigned channel, unsigned* direction) {
+  *direction = eha::hal::testing::stand_in_card().directions.at(subdevice).at(channel);
+  return 0;
+}
 int comedi_do_insn(comedi_t* device, comedi_insn* instruction) {
   if (device->removals < eha::hal::testing::stand_in_card().removals) return eha::hal::testing::fail(ENODEV);
   return eha::hal::testing::perform(*instruction);

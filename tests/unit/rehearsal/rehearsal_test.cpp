@@ -101,6 +101,18 @@ TEST(Rehearsal, KnowsThatAHoldTakesTheDriftAway) {
   EXPECT_EQ(held->drift_in_per_s, 0.0);
 }
 
+TEST(Rehearsal, SeesWhatATablePlaysBetweenItsSteps) {
+  config::RigConfig rig = sim();
+  rig.limits.slew_V_per_s = 1000.0;
+  config::PreparedExperiment experiment = sine(balanced_V(), "", 30.0);
+  for (Eigen::Index k = 0; k < experiment.table_V.size(); ++k) experiment.table_V[k] = k % 5 == 0 ? -0.2 : 0.78;
+  const auto seen = rehearse(experiment, rig, 2.95);
+  ASSERT_TRUE(seen.has_value());
+  const double valve_in = moved_by(config::valve_estimate(*rig.limits.following), experiment)[29'999] - 2.95;
+  EXPECT_GT(valve_in, 0.5);
+  EXPECT_NEAR(seen->highest_in - 2.95, valve_in, 0.3 * valve_in);
+}
+
 TEST(Rehearsal, BeginsAtTheStartOfTheExperiment) {
   const auto started = rehearse(sine(balanced_V(), "[start]\ndisplacement_in = 1.5\n"), sim(), 5.0);
   EXPECT_LT(started->highest_in, 4.0);

@@ -98,6 +98,16 @@ TEST(OpenAtRest, PutsOutNoVoltageThatDrivesAValveWhoseHydraulicsStayOn) {
   EXPECT_THROW(static_cast<void>(open_at_rest(switched)), DeviceError);
 }
 
+TEST(OpenAtRest, OpensNoCardWhoseHydraulicsAreOnWhileTheComputerIsOff) {
+  config::RigConfig rig = card();
+  auto& options = std::get<hal::ComediOptions>(rig.backend);
+  options.device = "/nonexistent/comedi0";
+  options.enable->active = hal::ActiveLevel::low;
+  EXPECT_THROW(static_cast<void>(open_at_rest(rig)), ConfigError);
+  options.enable_contact = hal::ContactLine{};
+  EXPECT_THROW(static_cast<void>(open_at_rest(rig)), DeviceError) << "the contact shows it";
+}
+
 TEST(OpenAtRest, TrustsNoDeadBandOrNullOfAFileThatNothingShowsToBeMeasured) {
   const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
   const auto valve = [](double null_V, double dead_band_V, double half_gain) {
