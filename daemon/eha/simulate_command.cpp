@@ -55,8 +55,10 @@ constexpr std::array kMethods{Choice<ident::SimulationMethod>{"exact", ident::Si
 /// Whether the level before the first row was estimated, as that of the model's own record alone.
 bool has_level_of_its_record(const ident::Model& model, const std::string& input_file) {
   return std::any_of(model.parameters.begin(), model.parameters.end(),
-                     [](const ident::ParameterEstimate& p) {
-                       return p.role == ident::ParameterRole::input_bias && !p.fixed;
+                     [&](const ident::ParameterEstimate& p) {
+                       return p.role == (model.grey_box ? ident::ParameterRole::initial_state
+                                                        : ident::ParameterRole::input_bias) &&
+                              !p.fixed;
                      }) &&
          ident::begins_at_a_level(model) && !is_one_record(record_of(model), input_file);
 }

@@ -54,6 +54,8 @@ struct GreyBoxKind {
 
   /// Moves the states on by duration_s under a constant v. Allocates nothing. Preconditions: finite, duration_s >= 0.
   void (*advance)(const double* values, double* state, double v, double duration_s) = nullptr;
+  /// The states at rest under a constant v; null of a kind whose records begin at rest.
+  void (*at_rest)(const double* values, double v, double* state) = nullptr;
   /// The plant for small motions: about rest, or, of friction, while it moves one way.
   LinearForm (*linearised)(std::span<const double> values) = nullptr;
   /// Values worth a start of the search, at least one.

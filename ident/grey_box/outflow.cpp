@@ -154,6 +154,20 @@ void advance_overflow(const double* values, double* state, double v, double dura
   integrate(tanks_of(values, true, duration_s), state, v, duration_s, steps_of(values, duration_s));
 }
 
+/// The levels at which as much flows out as in.
+void settle(const Tanks& t, double v, double* state) {
+  const double flow = std::max(0.0, t.flow + t.gain * v);
+  const double upper = std::min(flow / t.k1 * (flow / t.k1), t.upper_top);
+  const double through = t.k1 * std::sqrt(upper);
+  const double into_lower = through + t.spill * (flow - through);
+  state[0] = std::min(into_lower / t.k2 * (into_lower / t.k2), t.lower_top) - t.lower;
+  state[1] = upper - t.upper;
+}
+
+void outflow_at_rest(const double* values, double v, double* state) { settle(tanks_of(values, false, 0.0), v, state); }
+
+void overflow_at_rest(const double* values, double v, double* state) { settle(tanks_of(values, true, 0.0), v, state); }
+
 LinearForm small_motions(std::span<const double> values) {
   const double upper_s = values[kUpper];
   const double lower_s = values[kLower];
@@ -201,6 +215,7 @@ const GreyBoxKind& outflow_kind() {
                                  .estimates_start = true,
                                  .bias_is_reference = true,
                                  .advance = advance_outflow,
+                                 .at_rest = outflow_at_rest,
                                  .linearised = small_motions,
                                  .starts = outflow_starts};
   return kKind;
@@ -215,6 +230,7 @@ const GreyBoxKind& overflow_kind() {
                                  .estimates_start = true,
                                  .bias_is_reference = true,
                                  .advance = advance_overflow,
+                                 .at_rest = overflow_at_rest,
                                  .linearised = small_motions,
                                  .starts = overflow_starts};
   return kKind;

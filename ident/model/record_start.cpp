@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
+#include "ident/grey_box/grey_box_kind.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/decimation.hpp"
 
 namespace eha::ident {
@@ -14,6 +17,7 @@ namespace {
 constexpr double kSettlings = 5.0;    // of the slowest mode within the record that estimated it
 constexpr double kShows = 1e-6;       // of the response at rest: a smaller start is not seen by the compared rows
 constexpr double kPastRecords = 2.0;  // length of the past at rest behind a map
+constexpr double kDifference = 1e-4;  // step of a derivative by a state, of the output's range
 
 std::vector<Term> by_order(std::vector<Term> terms) {
   std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
@@ -38,6 +42,44 @@ const ParameterEstimate* find(const Model& model, ParameterRole role) {
   return at == model.parameters.end() ? nullptr : &*at;
 }
 
+/// A grey box with the states at the first row that describe a record best, beside an offset that is left out again:
+/// least squares from rest under the first input on, of steps that are halved while they help nothing.
+Model with_states_on(const Model& model, OutputOnRecord& outputs) {
+  constexpr int kRounds = 5;
+  constexpr int kHalvings = 6;
+  const Record& record = outputs.record();
+  const MeasuredRows& rows = outputs.measured_rows();
+  const Eigen::VectorXd measured = rows.of(picked(record.output, outputs.comparison()));
+  const auto rest_of = [&](const Model& begun) {
+    Eigen::VectorXd rest = measured - rows.of(outputs.of(begun).forced);
+    rest.array() -= rest.mean();
+    return rest;
+  };
+  Model begun = begun_at(model, record.input[0]);
+  const double move = kDifference * (measured.maxCoeff() - measured.minCoeff());
+  Eigen::VectorXd rest = rest_of(begun);
+  Eigen::MatrixXd columns(rest.size(), static_cast<Eigen::Index>(begun.initial_state.size()));
+  for (int round = 0; round < kRounds && move > 0.0 && rest.allFinite(); ++round) {
+    for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+      Model moved = begun;
+      moved.initial_state[static_cast<std::size_t>(i)] += move;
+      columns.col(i) = (rest - rest_of(moved)) / move;
+    }
+    if (!columns.allFinite()) break;
+    Eigen::VectorXd step = solve_ranked(columns, rest, kDifference);
+    for (int half = 0; half < kHalvings; ++half, step *= 0.5) {
+      Model other = begun;
+      for (Eigen::Index i = 0; i < step.size(); ++i) other.initial_state[static_cast<std::size_t>(i)] += step[i];
+      const Eigen::VectorXd left = rest_of(other);
+      if (!(left.squaredNorm() < rest.squaredNorm())) continue;
+      begun = std::move(other);
+      rest = left;
+      break;
+    }
+  }
+  return begun;
+}
+
 }  // namespace
 
 double compared_s(const Model& model) {
@@ -58,6 +100,7 @@ bool comes_to_rest(const Model& model) {
 }
 
 bool begins_at_a_level(const Model& model) {
+  if (model.grey_box) return model.grey_box->kind->at_rest != nullptr;
   return !model.input_map && model.initial_state.empty() && model.past_input.empty() && comes_to_rest(model);
 }
 
@@ -71,12 +114,18 @@ bool has_straight_map(const Model& model) {
 
 Model begun_at(const Model& model, double level) {
   Model begun = model;
+  if (model.grey_box) {
+    begun.initial_state.resize(model.grey_box->kind->states);
+    model.grey_box->kind->at_rest(model.grey_box->values.data(), level + model.input_bias, begun.initial_state.data());
+    return begun;
+  }
   begun.initial_output += gain_at_rest(model) * (model.input_bias + level);
   begun.input_bias = -level;
   return begun;
 }
 
 Model begun_on(const Model& model, OutputOnRecord& outputs) {
+  if (model.grey_box) return begins_at_a_level(model) ? with_states_on(model, outputs) : model;
   const bool is_at_rest = model.initial_state.empty() && model.past_input.empty();
   if (!is_at_rest || model.procedure == "paper" || !comes_to_rest(model)) return model;
   const Record& record = outputs.record();

@@ -12,6 +12,7 @@
 #include "ident/export/exported_model.hpp"
 #include "ident/model/grey_box_output.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -96,6 +97,34 @@ TEST(GreyBoxFit, FindsTanksThatEmpty) {
     return 2.0 * std::sqrt(v[3]) / v[2];
   };
   EXPECT_NEAR(orifice(result.model), orifice(plant), 0.02 * orifice(plant));
+}
+
+TEST(GreyBoxFit, HoldsOnAnotherRecordOfItsTanksThatBeginsElsewhere) {
+  const Model plant = truth(outflow_kind(), {0.05, 60.0, 45.0, 4.0}, -2.0);
+  const FitResult result = fitted(record_of(plant, 4.0, 0.8, 3.2, 0.005, 3), "outflow");
+  for (const std::vector<double>& state : {std::vector<double>{1.5, 2.0}, {-2.0, -2.5}}) {
+    Model elsewhere = plant;
+    elsewhere.initial_state = state;
+    const ValidationReport report = validate(result.model, record_of(elsewhere, 4.0, 1.2, 3.2, 0.005, 8), {});
+    EXPECT_LT(std::sqrt(report.score.mse), 0.008);
+    EXPECT_FALSE(report.end_stop);
+  }
+}
+
+TEST(GreyBoxModel, BeginsAtRestUnderAnInputThatIsNamed) {
+  for (const GreyBoxKind* kind : {&outflow_kind(), &overflow_kind()}) {
+    std::vector<double> values{0.05, 60.0, 45.0, 4.0};
+    if (kind == &overflow_kind()) values.insert(values.end(), {2.0, 2.5, 0.6});
+    const Model plant = truth(*kind, values, -2.0);
+    for (const double level : {0.0, 1.0, 2.0, 2.6, 4.5}) {
+      const Model begun = begun_at(plant, level);
+      const Eigen::VectorXd output = simulate(begun, Eigen::VectorXd::Constant(100, level), 4.0);
+      EXPECT_LT(output.maxCoeff() - output.minCoeff(), 1e-6) << level;
+    }
+    EXPECT_NEAR(begun_at(plant, 2.0).initial_state[0], 0.0, 1e-9);
+    EXPECT_TRUE(begins_at_a_level(plant));
+  }
+  EXPECT_FALSE(begins_at_a_level(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.0)));
 }
 
 TEST(GreyBoxFit, HoldsATankThatIsTooFastForTheRecord) {
