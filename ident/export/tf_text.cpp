@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kWholeWithin = 1e-9;
 constexpr int kHighestPower = 20;
+constexpr double kReal = 1e-7;  // imaginary part of a real pole, of its size
 
 /// Coefficients of falling whole powers, or nothing where an order is not whole.
 std::vector<double> falling(const std::vector<Term>& terms) {
@@ -76,6 +77,34 @@ std::string unseen_poles(const ExportedModel& model) {
   return text;
 }
 
+/// "T = 0.3; % lag [s]" of each real pole (T1, T2 of several), "f0 = 2; D = 0.1;" of a pair. Whole orders.
+std::string lags_and_pairs(const std::vector<Term>& denominator) {
+  const ReducedPolynomial polynomial = reduced(denominator);
+  if (polynomial.terms.size() < 2) return {};
+  std::vector<std::string> lags;
+  std::vector<std::string> pairs;
+  for (const std::complex<double>& pole : commensurate_roots(polynomial, 1.0)) {
+    const double size = std::abs(pole);
+    if (std::abs(pole.imag()) <= kReal * size) {
+      lags.push_back(fmt::format("{:.10g};  % lag [s]", -1.0 / pole.real()));
+    } else if (pole.imag() > 0.0) {
+      pairs.push_back(
+          fmt::format("{:.10g}; D{{}} = {:.10g};  % pair of poles: frequency without damping [Hz], damping ratio",
+                      size / (2.0 * std::numbers::pi), -pole.real() / size));
+    }
+  }
+  std::string text;
+  const auto add = [&](const char* name, const std::vector<std::string>& all) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const std::string number = all.size() > 1 ? fmt::format("{}", i + 1) : std::string();
+      text += fmt::format("{}{} = {}\n", name, number, fmt::format(fmt::runtime(all[i]), number));
+    }
+  };
+  add("T", lags);
+  add("f0", pairs);
+  return text;
+}
+
 std::string delay(double delay_s) { return delay_s > 0.0 ? fmt::format(", 'InputDelay', {}", delay_s) : ""; }
 
 }  // namespace
@@ -89,7 +118,7 @@ std::string tf_text(const ExportedModel& model, const std::string& function) {
   if (!numerator.empty() && !denominator.empty()) {
     text += fmt::format("num = {};\nden = {};\n", vector(numerator), vector(denominator));
     text += fmt::format("{} = tf(num, den{});\n", function, delay(model.transfer_function.delay_s));
-    // Writes K / (s^k (T s + 1)): gain and time constants, from the lowest power present.
+    // The gain, from the lowest power present.
     std::size_t last = denominator.size();
     while (last > 1 && denominator[last - 1] == 0.0) --last;
     const double unit = denominator[last - 1];
@@ -97,9 +126,8 @@ std::string tf_text(const ExportedModel& model, const std::string& function) {
     if (unit != 0.0 && lowest != 0.0) {
       text += fmt::format("K = {};  % gain{}\n", lowest / unit,
                           last < denominator.size() ? " of the integrator" : " at standstill");
-      if (last > 1)
-        text += fmt::format("T = {};  % lag [s]: coefficient of the next power\n", denominator[last - 2] / unit);
     }
+    text += lags_and_pairs(model.transfer_function.denominator);
     text += unseen_poles(model);
   } else {
     // Fractional orders: the sum of the approximation's sections over one denominator.

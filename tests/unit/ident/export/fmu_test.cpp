@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <string>
 
 #include "ident/export/model_formats.hpp"
@@ -150,6 +151,20 @@ TEST(TfText, HasGainAndLagOfTheModel) {
             std::string::npos)
       << text;
   EXPECT_NE(text.find("K = 0.15;  % gain of the integrator\nT = 0.0065;"), std::string::npos) << text;
+}
+
+TEST(TfText, HasFrequencyAndDampingOfAPairAndEachLag) {
+  Model m = model(0.0);
+  const double w = 2.0 * std::numbers::pi * 5.0;
+  m.transfer_function.denominator = {{1.0 / (w * w), 2}, {2.0 * 0.2 / w, 1}, {1, 0}};
+  const std::string pair = tf_text(exported(m, {}), "rod");
+  EXPECT_NE(pair.find("f0 = 5; D = 0.2;"), std::string::npos) << pair;
+  EXPECT_EQ(pair.find("\nT = "), std::string::npos) << pair;
+  m.transfer_function.denominator = {{0.3 * 0.08, 2}, {0.38, 1}, {1, 0}};
+  const std::string lags = tf_text(exported(m, {}), "rod");
+  for (const char* lag : {"T1 = 0.", "T2 = 0.", " = 0.3;", " = 0.08;"}) {
+    EXPECT_NE(lags.find(lag), std::string::npos) << lags;
+  }
 }
 
 }  // namespace
