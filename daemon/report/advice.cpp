@@ -38,6 +38,8 @@ std::string against_error(const ident::Model& model) {
       return "The error jumps, which is no part of the plant: cut the record there as the box above says.";
     case ErrorCause::other_plant:
       return "The model is of another plant: fit a new one.";
+    case ErrorCause::input_noise:
+      return "The measured input is noisy: " + in_box;
     case ErrorCause::missing_part:
       return fmt::format("The model {} misses a part of the plant: {}", model.name, kBoxSays);
     case ErrorCause::nonlinear:

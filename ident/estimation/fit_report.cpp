@@ -22,6 +22,7 @@
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/score.hpp"
+#include "ident/validation/sensor_step.hpp"
 
 namespace eha::ident {
 namespace {
@@ -269,6 +270,8 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
   }
+  report.sensor_step = sensor_step(record, all_measured - all_simulated);
+  report.input_noise = input_noise_left_over(result.model, outputs, all_measured - all_simulated);
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
     report.extrapolated_percent = extrapolated_percent(input, estimated, map ? kBeyondWithMap : kBeyond);

@@ -15,6 +15,7 @@
 #include "ident/structure/parameter_requests.hpp"
 #include "ident/validation/input_error.hpp"
 #include "ident/validation/score.hpp"
+#include "ident/validation/sensor_step.hpp"
 
 namespace eha::ident {
 namespace {
@@ -62,13 +63,18 @@ Eigen::VectorXd plain_residual(const LocalOptimum& chosen, const ComparedRecord&
       .residual(chosen.best.theta, chosen.best.point.linear);
 }
 
-/// What the error of the recorded input leaves in the output, at the measured rows of the estimating part.
-Eigen::MatrixXd input_error_at_estimated(const Model& model, const PreparedRecord& prepared,
-                                         const Eigen::VectorXd& residual) {
+/// What the error of the recorded input leaves in the output, and what rounding leaves of it, at the measured rows of
+/// the estimating part.
+Eigen::MatrixXd known_errors_at_estimated(const Model& model, const PreparedRecord& prepared,
+                                          const Eigen::VectorXd& residual) {
   Comparison estimating = prepared.rows.comparison;
   estimating.count = prepared.rows.estimating;
   OutputOnRecord outputs(prepared.record, estimating);
-  return outputs.measured_rows().of_columns(input_walk(model, outputs, 0, residual, prepared.input_error_std()));
+  const Eigen::MatrixXd walk = input_walk(model, outputs, 0, residual, prepared.input_error_std());
+  const Eigen::MatrixXd stays = rounded_stays(prepared.record, estimating, 0);
+  Eigen::MatrixXd errors(walk.rows(), walk.cols() + stays.cols());
+  errors << walk, stays;
+  return outputs.measured_rows().of_columns(errors);
 }
 
 }  // namespace
@@ -100,7 +106,7 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
   const ProfileSearch profile{fit.scale, record.input.cwiseAbs().maxCoeff(), fit.executor};
   const bool profiles = fit.options.intervals == IntervalMethod::profile;
   const Eigen::VectorXd residual = plain_residual(chosen, fit.compared);
-  const Eigen::MatrixXd input_error = input_error_at_estimated(model, fit.prepared, residual);
+  const Eigen::MatrixXd input_error = known_errors_at_estimated(model, fit.prepared, residual);
   fill_parameters(result,
                   {.compared = fit.compared,
                    .optimum = chosen,

@@ -15,6 +15,7 @@ enum class CriterionKind : std::uint8_t {
   converged,
   r2,
   max_abs_error,
+  input_noise,  ///< share of the residual's power that the noise of the measured input makes
   residual_input,
   residual_whiteness,
   nonlinearity,     ///< of the residual, see nonlinear_effects()

@@ -198,6 +198,19 @@ std::optional<double> slow_pole_s(const Model& model, const std::vector<Term>& d
   return found;
 }
 
+/// The time constant of a real root of the left half plane within a quarter of another one; none without.
+std::optional<double> root_beside_s(const std::vector<Term>& terms, double other_s) {
+  constexpr double kBeside = 1.25;  // ratio
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.terms.size() < 2) return std::nullopt;
+  for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
+    if (std::abs(root.imag()) > 1e-7 * std::abs(root) || !(root.real() < 0.0)) continue;
+    const double ratio = -1.0 / root.real() / other_s;
+    if (ratio < kBeside && ratio > 1.0 / kBeside) return -1.0 / root.real();
+  }
+  return std::nullopt;
+}
+
 /// "K = 0.1479 +- 0.0005", or "K/a0 = 7.6" where that is not the parameter K.
 std::string gain_text(const Model& model, double gain, std::string_view plus_minus,
                       std::optional<double> half_width = {}) {
@@ -216,15 +229,20 @@ std::string linear_text(const Model& model, std::string_view plus_minus) {
   if (numerator.empty() || denominator.empty()) return {};
   const double power = numerator.front().order - denominator.front().order;
   const std::optional<double> slow_s = std::abs(power) <= kWhole ? slow_pole_s(model, denominator) : std::nullopt;
-  const std::string unit = gain_unit(model, slow_s ? -1.0 : power);
-  const double gain = numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0);
+  const std::optional<double> beside_s = slow_s ? root_beside_s(numerator, *slow_s) : std::nullopt;
+  const std::string unit = gain_unit(model, slow_s && !beside_s ? -1.0 : power);
+  const double gain =
+      numerator.front().coefficient / denominator.front().coefficient / slow_s.value_or(1.0) * beside_s.value_or(1.0);
   const std::optional<double> of_gain =
       slow_s ? std::nullopt : gain_half_width(model, numerator.front(), denominator.front());
   std::string text = gain_text(model, gain, plus_minus, of_gain) + (unit.empty() ? "" : " " + unit);
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
-  if (slow_s) text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
+  if (beside_s) {
+    text += fmt::format(" in its band (T = {:.4g} s and TD = {:.4g} s are below it)", *slow_s, *beside_s);
+  } else if (slow_s)
+    text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +
-          roots_text(model, numerator, "TD", "zeros at", plus_minus);
+          roots_text(model, numerator, "TD", "zeros at", plus_minus, beside_s);
   if (g.delay_s > 0.0) {
     const ParameterEstimate* delay =
         parameter(model, [](const ParameterEstimate& p) { return p.role == ParameterRole::delay; });

@@ -194,6 +194,20 @@ struct ErrorJump {
   double usual = 0.0;   ///< least change over a few rows that counts as a jump [output unit]; 0: not known
 };
 
+/// White noise of the recorded input in itself that did not reach the plant: a model makes of it what the plant does
+/// not.
+struct InputNoise {
+  double rms = 0.0;          ///< [input unit]
+  double in_output = 0.0;    ///< rms of what the model makes of it, about slow motion [output unit]
+  double share = 0.0;        ///< of the power of what the model leaves over; above 1 by chance
+  double attenuation = 0.0;  ///< share by which it makes a gain come out too small, about
+};
+
+/// The step of a coarse sensor where rounding to it makes much of what a model leaves over.
+struct SensorStep {
+  double step = 0.0;  ///< [output unit]
+};
+
 /// Comparison of the model with the part of the record that was not used for estimation.
 struct ValidationReport {
   Score score;                              ///< bias and offset kept
@@ -215,6 +229,8 @@ struct ValidationReport {
   /// Greatest error of the valve map's lines beside its edges, as map_error() [input unit].
   std::optional<double> map_error = {};
   std::optional<InputLevels> input_levels = {};  ///< none if the input takes more than two values
+  std::optional<SensorStep> sensor_step = {};    ///< none where rounding makes little of the residual
+  std::optional<InputNoise> input_noise = {};    ///< none where the input has none, or the residual speaks against it
   /// R2 of the faster motion, see r2_of_faster_percent() [%]; none where the samples are too few.
   std::optional<double> faster_r2_percent = {};
 };

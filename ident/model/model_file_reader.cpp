@@ -224,24 +224,11 @@ NonlinearityTest read_nonlinearity(const Node& node) {
 }
 
 ValidationReport read_validation(const Node& node) {
-  std::vector<std::string_view> keys{"r2_percent",
-                                     "mse",
-                                     "fit_percent",
-                                     "error_min",
-                                     "error_max",
-                                     "samples",
-                                     "acf",
-                                     "ccf",
-                                     "residual_tests",
-                                     "extrapolated_percent",
-                                     "saturated_percent",
-                                     "end_stop",
-                                     "jump",
-                                     "excitation_order",
-                                     "input_levels",
-                                     "map_error",
-                                     "faster_r2_percent",
-                                     "offset_reestimated"};
+  std::vector<std::string_view> keys{
+      "r2_percent",        "mse",         "fit_percent", "error_min",         "error_max",
+      "samples",           "acf",         "ccf",         "residual_tests",    "extrapolated_percent",
+      "saturated_percent", "end_stop",    "jump",        "excitation_order",  "input_levels",
+      "map_error",         "input_noise", "sensor_step", "faster_r2_percent", "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
   ValidationReport report;
@@ -296,6 +283,14 @@ ValidationReport read_validation(const Node& node) {
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());
+  if (object.has("sensor_step")) object.read("sensor_step", report.sensor_step.emplace().step);
+  if (object.has("input_noise")) {
+    const Node noise = object.at("input_noise").object({"rms", "in_output", "share", "attenuation"});
+    noise.read("rms", report.input_noise.emplace().rms);
+    noise.read("in_output", report.input_noise->in_output);
+    noise.read("share", report.input_noise->share);
+    noise.read("attenuation", report.input_noise->attenuation);
+  }
   if (object.has("faster_r2_percent")) object.read("faster_r2_percent", report.faster_r2_percent.emplace());
   if (object.has("input_levels")) {
     std::vector<double> levels;

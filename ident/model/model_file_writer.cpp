@@ -154,6 +154,13 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (report.map_error) object["map_error"] = *report.map_error;
+  if (report.sensor_step) object["sensor_step"] = report.sensor_step->step;
+  if (const auto& noise = report.input_noise) {
+    object["input_noise"] = {{"rms", noise->rms},
+                             {"in_output", noise->in_output},
+                             {"share", noise->share},
+                             {"attenuation", noise->attenuation}};
+  }
   if (report.faster_r2_percent) object["faster_r2_percent"] = *report.faster_r2_percent;
   if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};
   if (report.offset_reestimated) object["offset_reestimated"] = validation_score_to_json(*report.offset_reestimated);

@@ -68,6 +68,7 @@ ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   }
   if (model.validation->jump) return ErrorCause::jump;
   if (fails_any(verdict, {Kind::error_over_refit})) return ErrorCause::other_plant;
+  if (fails_any(verdict, {Kind::input_noise})) return ErrorCause::input_noise;
   if (fails_any(verdict, {Kind::residual_input, Kind::error_over_noise, Kind::far_error_over_noise})) {
     return ErrorCause::missing_part;
   }

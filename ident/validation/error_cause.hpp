@@ -14,6 +14,7 @@ enum class ErrorCause {
   end_stop,      ///< the output stands at an end
   jump,          ///< one sudden lasting change
   other_plant,   ///< the model is of another plant
+  input_noise,   ///< noise of the measured input makes what the model leaves over
   missing_part,  ///< the input moves the residual, or it is far above the noise between periods
   nonlinear,     ///< the residual depends on level, motion or position
   feedback,      ///< the residual correlates with the input that follows

@@ -3,13 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
 
+#include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/signal/fft.hpp"
 #include "ident/signal/held_levels.hpp"
 #include "ident/statistics/robust.hpp"
 
@@ -22,7 +26,14 @@ constexpr double kSame = 1e-9;               // of the range: less is the conver
 constexpr double kLeastEnergy = 0.1;         // of the noise's variance
 constexpr double kLeastFirst = 3.0;          // of the first column; less is no more than the noise has itself
 constexpr Eigen::Index kMostColumns = 64;
-constexpr double kRoughInput = 0.05;                // noise over the input's spread; more may be the excitation itself
+constexpr double kRoughInput = 0.05;          // noise over the input's spread; more may be the excitation itself
+constexpr double kMostNoise = 0.72;           // the same, of what may be noise beside rough excitation
+constexpr double kFlatSpectrum = 0.2;         // of the logarithm of the power of two parts
+constexpr Eigen::Index kPartsOfChanges = 50;  // of a record, over which changes are taken
+constexpr int kDraws = 2;                     // of noise
+constexpr std::uint64_t kSeed = 1;
+constexpr double kShownShare = 0.4;                 // of the residual's power
+constexpr double kMostShare = 2.5;                  // the same, by chance
 constexpr double kSameNoise = 1.2;                  // ratio of two estimates of white noise
 constexpr Eigen::Index kMostDifferences = 100'000;  // more do not sharpen the median
 constexpr double kBeyondMean = 3.0;                 // of the length of z, which is sqrt(m) +- 0.7
@@ -57,6 +68,31 @@ double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int orde
   return robust_std(std::move(differences)) / weights.norm();
 }
 
+/// Whether the upper half of the spectrum is flat, as that of white noise beside a signal of lower frequencies; what a
+/// lag makes of white noise still falls or rises there.
+bool is_flat_above(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  const std::size_t length = std::max<std::size_t>(64, fast_length(static_cast<std::size_t>(input.size())));
+  const RealFft transform(length);
+  std::vector<double> signal(length, 0.0);
+  const Eigen::Index rows = input.size();
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const double window = std::sin(std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(rows));
+    signal[static_cast<std::size_t>(k)] = window * window * (input[k] - input.mean());
+  }
+  std::vector<std::complex<double>> spectrum(transform.bins());
+  transform.forward(signal, spectrum);
+  const auto power = [&](double from, double to) {
+    const auto first = static_cast<std::size_t>(from * static_cast<double>(transform.bins()));
+    const auto last = static_cast<std::size_t>(to * static_cast<double>(transform.bins()));
+    double sum = 0.0;
+    for (std::size_t k = first; k < last; ++k) sum += std::norm(spectrum[k]);
+    return sum / static_cast<double>(last - first);
+  };
+  const double ratio = power(0.5, 0.74) / power(0.75, 0.99);
+  const double scatter = std::sqrt(2.0 * 1.94 / (0.24 * static_cast<double>(rows) / 2.0));  // of a windowed spectrum
+  return std::abs(std::log(ratio)) < std::min(kFlatSpectrum, 3.0 * scatter);
+}
+
 /// How many times the same values are played, whose rounding then is the same; 1 if they do not repeat.
 double repetitions(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const Eigen::Index middle = input.size() / 2;
@@ -69,6 +105,25 @@ double repetitions(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const auto same = static_cast<double>((input.head(rows).array() == input.tail(rows).array()).count());
   return same < kSameRows * static_cast<double>(rows) ? 1.0
                                                       : static_cast<double>(input.size()) / static_cast<double>(period);
+}
+
+/// The white noise that an input shows in its differences, of at most a share of its spread; none where it shows none.
+std::optional<double> white_part(const Eigen::Ref<const Eigen::VectorXd>& input, double most) {
+  if (input.size() < kLeastValues) return std::nullopt;
+  // Most differences of a held input are its noise, those of a smooth one are not.
+  const double held = difference_noise(input, 1);
+  const double fourth = difference_noise(input, 4);
+  const double sixth = difference_noise(input, 6);
+  const double spread = std::sqrt((input.array() - input.mean()).square().mean());
+  if (!(sixth > 0.0) || fourth > most * spread) return std::nullopt;
+  if (held < kSameNoise * fourth) return held;
+  return fourth < kSameNoise * sixth ? std::optional(sixth) : std::nullopt;
+}
+
+/// Mean square of the changes over so many rows.
+double power_of_changes(const Eigen::VectorXd& signal, Eigen::Index lag) {
+  const Eigen::Index rows = signal.size() - lag;
+  return (signal.tail(rows) - signal.head(rows)).squaredNorm() / static_cast<double>(rows);
 }
 
 /// A gap of the record with a straight line as its input.
@@ -137,15 +192,14 @@ double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input) {
 }
 
 double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
-  if (input.size() < kLeastValues) return 0.0;
-  // Most differences of a held input are its noise, those of a smooth one are not.
-  const double held = difference_noise(input, 1);
-  const double fourth = difference_noise(input, 4);
-  const double sixth = difference_noise(input, 6);
-  const double spread = std::sqrt((input.array() - input.mean()).square().mean());
-  if (!(sixth > 0.0) || fourth > kRoughInput * spread) return 0.0;
-  if (held < kSameNoise * fourth) return held;
-  return fourth < kSameNoise * sixth ? sixth : 0.0;
+  return white_part(input, kRoughInput).value_or(0.0);
+}
+
+double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  const double noise = white_part(input, kMostNoise).value_or(0.0);
+  if (!(noise > 0.0)) return 0.0;
+  // Between the switches of a held input nothing but noise is left.
+  return difference_noise(input, 1) < kSameNoise * difference_noise(input, 4) || is_flat_above(input) ? noise : 0.0;
 }
 
 double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input) {
@@ -194,6 +248,30 @@ Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen
   const std::optional<Eigen::VectorXd> levels = grows(model.transfer_function) ? std::nullopt : held_levels(input);
   if (!levels) return Eigen::MatrixXd(rows, 0);
   return outputs.response(model.transfer_function, through_map(model, input) - through_map(model, *levels)).tail(rows);
+}
+
+std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs,
+                                                const Eigen::VectorXd& residual) {
+  const Eigen::VectorXd& input = outputs.record().input;
+  const Eigen::Index lag = residual.size() / kPartsOfChanges;
+  if (lag < 1 || grows(model.transfer_function)) return std::nullopt;
+  const double rms = apparent_input_noise(input);
+  if (!(rms > 0.0)) return std::nullopt;
+  const Eigen::VectorXd driven = through_map(model, input);
+  const auto of_model = [&](const Eigen::VectorXd& signal) {
+    return outputs.measured_rows().of(outputs.response(model.transfer_function, signal));
+  };
+  PortableDraw draw(kSeed);
+  double made = 0.0;
+  Eigen::VectorXd noisy(input.size());
+  for (int k = 0; k < kDraws; ++k) {
+    for (Eigen::Index row = 0; row < input.size(); ++row) noisy[row] = input[row] + rms * draw.normal();
+    made += power_of_changes(of_model(through_map(model, noisy) - driven), lag) / kDraws;
+  }
+  const double left = power_of_changes(residual, lag);
+  const double whole = power_of_changes(of_model(driven.array() - driven.mean()), lag);
+  const InputNoise found{rms, std::sqrt(0.5 * made), made / left, whole > made ? made / (whole - made) : 1.0};
+  return found.share >= kShownShare && found.share <= kMostShare ? std::optional(found) : std::nullopt;
 }
 
 Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "ident/model/model.hpp"
 #include "ident/model/model_output.hpp"
@@ -17,6 +18,11 @@ namespace eha::ident {
 /// that is held, from the differences within its levels; of a smooth one, from its fourth and sixth differences, which
 /// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N).
 [[nodiscard]] double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
+
+/// The same of an input as rough as its noise, too, up to 0.72 of its spread: excitation that is rough in itself
+/// has no flat spectrum towards the highest frequencies. Only what a plant makes of the input tells whether it is noise
+/// of the measurement. Cost O(N log N).
+[[nodiscard]] double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
 
 /// Returns the standard deviation of the white error of the recorded input as a walk sees it [input unit]: of
 /// input_noise() or, where greater, of the rounding, q sqrt(P / 12) with q of rounding_step(), of an input that repeats
@@ -47,6 +53,16 @@ namespace eha::ident {
 /// @returns rows by 1; rows by 0 where the model grows or the input has no such levels, or no noise on them
 /// Cost: a simulation.
 [[nodiscard]] Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first);
+
+/// Noise of the recorded input that did not reach the plant: what the model makes of such noise has about the power
+/// that the model leaves over, of changes over 1/50 of the rows. Where the noise reached the plant, the model leaves
+/// far less over.
+/// @param residual  of all compared rows, or the measured ones
+/// @returns none where the input has no such noise, it makes less than 40 % of the residual's power or far more
+/// than all of it, or the model grows
+/// Cost: three simulations of an input that has noise.
+[[nodiscard]] std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs,
+                                                              const Eigen::VectorXd& residual);
 
 /// What a switch of the input may leave in the output that lies elsewhere in a gap than the straight line drawn across
 /// it: for each gap of the record whose input is such a line G times a pulse there, of the standard deviation of a

@@ -109,12 +109,43 @@ const Model* rival_of_orders(const Models& all, const Model& model) {
   return found == all.end() ? nullptr : *found;
 }
 
+/// Whether a pair of poles that hardly decays lies at or above half the rate of the compared samples: what the input
+/// did between the rows makes one, and the record shows no such motion.
+bool rings_between_rows(const Model& model) {
+  constexpr double kLittleDamping = 0.2;
+  constexpr double kNearHalf = 0.9;  // of half the rate
+  const std::vector<Term>& terms = model.transfer_function.denominator;
+  if (!has_whole_orders(terms) || !model.estimation || !model.estimation->compared_step_s) return false;
+  const ReducedPolynomial polynomial = reduced(terms);
+  if (polynomial.terms.size() < 2) return false;
+  const double least_rad_s = kNearHalf * std::numbers::pi / *model.estimation->compared_step_s;
+  const auto poles = commensurate_roots(polynomial, 1.0);
+  return std::any_of(poles.begin(), poles.end(), [&](const std::complex<double>& pole) {
+    return pole.imag() > least_rad_s && -pole.real() < kLittleDamping * std::abs(pole);
+  });
+}
+
+bool is_blurred(const Model& model) { return model.verdict && fails_any(*model.verdict, {CriterionKind::input_noise}); }
+
+/// Whether noise of the measured input makes all that a model without a map and without estimated orders leaves over: a
+/// map or an order then takes that noise in.
+bool takes_in_input_noise(const Models& all, const Model& model) {
+  return (model.input_map || has_estimated_order(model)) && std::any_of(all.begin(), all.end(), [](const Model* other) {
+           return is_blurred(*other) && !other->input_map && !has_estimated_order(*other);
+         });
+}
+
 /// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes
 /// in a drift may not while another one is accepted.
 bool may_be_picked(const Models& all, const Model& model) {
   if (takes_in_a_drift(model)) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
+  }
+  if (takes_in_input_noise(all, model)) return false;
+  if (rings_between_rows(model)) {
+    return std::none_of(all.begin(), all.end(),
+                        [](const Model* other) { return is_accepted(*other) && !rings_between_rows(*other); });
   }
   if (!has_estimated_order(model)) return true;
   const bool integer_is_accepted = std::any_of(
@@ -286,7 +317,7 @@ std::string better_but_rejected(const Model& picked, const Models& all, const Mo
     text += fmt::format("; {}, {:.1f} better, is {}: {}", model->name, gain, word_beside(picked, *model),
                         first_reason(*model));
   }
-  if (count > kMostNamed) text += fmt::format("; and {} more (-v, or the table's verdicts)", count - kMostNamed);
+  if (count > kMostNamed) text += fmt::format("; and {} more, whose verdicts the table has", count - kMostNamed);
   return text;
 }
 
@@ -306,6 +337,9 @@ std::string cause_in_record(const Models& all) {
     if (has_reason(*model) && (is_frozen || is_at_stop)) return first_whole_reason(*model);
   }
   const Model& nearest = *all.front();
+  for (const Model* model : all) {
+    if (has_reason(*model) && is_blurred(*model) && !is_accepted(*model)) return first_whole_reason(*model);
+  }
   const bool is_drift = has_reason(nearest) && wanders(nearest, *nearest.verdict) &&
                         error_cause(nearest, *nearest.verdict) == ErrorCause::drift;
   return is_drift ? first_whole_reason(nearest) : std::string();
@@ -323,6 +357,8 @@ std::string why_not(const Model& model, const Models& all, const Models& order) 
     return "by the part of the record that estimated it alone it is rejected";
   }
   if (takes_in_a_drift(model)) return "it takes a drift for the plant";
+  if (rings_between_rows(model)) return "its pair of poles lies at half the rate of the rows, where none shows";
+  if (takes_in_input_noise(all, model)) return "its map or its orders take in the noise of the measured input";
   if (!may_be_picked(all, model)) {
     return is_whole_in_effect(model)
                ? std::string("its estimated orders are whole for any use")

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/time_text.hpp"
+#include "ident/signal/value_step.hpp"
 #include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
@@ -57,6 +58,7 @@ class Search {
     const Eigen::VectorXd& y = rows.measured;
     const double range = y.maxCoeff() - y.minCoeff();
     band_ = std::clamp(kBandOfNoise * noise(), kBandOfRange * range, kWidestBand * range);
+    step_ = value_step({y.data(), static_cast<std::size_t>(y.size())});
     input_range_ = rows.input.maxCoeff() - rows.input.minCoeff();
     for (const double side : {1.0, -1.0}) {
       for (const Stay& stay : at_extreme(side, window_ + 1)) candidates_.push_back(stay);
@@ -206,7 +208,8 @@ class Search {
       lowest = std::min(lowest, y);
       beyond = std::max(beyond, y - lowest);
     }
-    return most > kAskedOverBand * band_ && beyond > kAskedOverBand * band_;
+    const double least = kAskedOverBand * std::max(band_, step_);
+    return most > least && beyond > least;
   }
 
   /// Returns the last rows at the greatest (side 1) or the least value, where the output came there and stays, whatever
@@ -228,6 +231,7 @@ class Search {
   const ComparedRows& rows_;
   Index window_;
   double band_ = 0.0;
+  double step_ = 0.0;  ///< of a coarse sensor, in which a motion does not show
   double input_range_ = 0.0;
   std::vector<Stay> candidates_;
   std::vector<Window> moving_;

@@ -16,6 +16,7 @@
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/output_derivatives.hpp"
 #include "ident/validation/input_error.hpp"
+#include "ident/validation/sensor_step.hpp"
 #include "ident/validation/separated_noise.hpp"
 
 namespace eha::ident {
@@ -311,8 +312,9 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   const Eigen::MatrixXd walk = input_walk(model, outputs, begin, residual, input_error_std(outputs.record().input));
   const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
   const Eigen::MatrixXd switches = guessed_switches(model, outputs, begin, residual);
-  part.input_error.resize(rows, walk.cols() + noise.cols() + switches.cols());
-  part.input_error << walk, noise, switches;
+  const Eigen::MatrixXd stays = rounded_stays(outputs.record(), comparison, begin);
+  part.input_error.resize(rows, walk.cols() + noise.cols() + switches.cols() + stays.cols());
+  part.input_error << walk, noise, switches, stays;
   // The lags are those of the record, whichever of its rows are left.
   const MeasuredRows kept = outputs.measured_rows().from(begin);
   part.residual = kept.of(part.residual);

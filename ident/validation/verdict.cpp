@@ -18,12 +18,13 @@ namespace {
 
 constexpr double kResidualLevel = 0.01;  // of each residual test
 constexpr double kCloseFit_percent = 95.0;
-constexpr double kExactFit_percent = 99.9;    // what is left is small beside every use, whatever it is a multiple of
-constexpr double kFeedbackLevel = 0.001;      // of the test of the residual with future input
-constexpr double kMostError_percent = 5.0;    // of the output's standard deviation
-constexpr double kFewestLevels = 3.0;         // of an input that tells of other amplitudes
-constexpr double kGreatestOrderError = 0.15;  // standard error of a free order
-constexpr double kLeastRise = 10.0;           // of AR-BIC, without an order's term
+constexpr double kExactFit_percent = 99.9;  // what is left is small beside every use, whatever it is a multiple of
+constexpr double kFeedbackLevel = 0.001;    // of the test of the residual with future input
+constexpr double kMostError_percent = 5.0;  // of the output's standard deviation
+constexpr double kMostInputNoise_percent = 10.0;  // of the residual's power
+constexpr double kFewestLevels = 3.0;             // of an input that tells of other amplitudes
+constexpr double kGreatestOrderError = 0.15;      // standard error of a free order
+constexpr double kLeastRise = 10.0;               // of AR-BIC, without an order's term
 // A valve that acts to one side has a ratio of 0, to which noise may give a sign.
 constexpr double kLeastGainRatio = -0.05;
 constexpr double kMostExtrapolated_percent = 5.0;
@@ -147,7 +148,14 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
 }
 
 void judge_validation(const ValidationReport& validation, const RecordFacts& facts, Judgement& judgement) {
-  judge_tests(validation, judgement);
+  if (const auto& noise = validation.input_noise) {
+    // Noise that did not reach the plant is in the input and in what is left over: the tests would find a part of the
+    // plant, or a bend of it, in that.
+    const double share = 100.0 * noise->share;
+    judgement.criterion(Kind::input_noise, share, kMostInputNoise_percent, share <= kMostInputNoise_percent);
+  } else {
+    judge_tests(validation, judgement);
+  }
   if (const auto& levels = validation.input_levels) {
     judgement.not_judged(Kind::input_levels, levels->lower < levels->upper ? 2.0 : 1.0, kFewestLevels);
   }
@@ -169,7 +177,9 @@ void judge_validation(const ValidationReport& validation, const RecordFacts& fac
     judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);
   }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
-  if (facts.noise_std && *facts.noise_std > 0.0) {
+  if (validation.input_noise) {
+    // It differs between the periods of the input, and that of the output does not show it.
+  } else if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.
     const double ratio = std::sqrt(validation.score.mse) / *facts.noise_std;
     if (ratio > kFarErrorOverNoise && !(validation.score.fit_percent >= kCloseFit_percent)) {
@@ -195,7 +205,7 @@ void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgemen
 
 /// Many models follow a piece of a motion, and there is nothing to tell them apart by where no test can judge.
 void judge_length(const Model& model, const RecordFacts& facts, Judgement& judgement) {
-  if (!facts.piece || !model.validation) return;
+  if (!facts.piece || !model.validation || model.validation->input_noise) return;
   if (!judgement.lacks(Kind::residual_input) || !judgement.lacks(Kind::predicted_error)) return;
   judgement.criterion(Kind::record_length, facts.piece->length_s, facts.piece->enough_s, false);
 }
@@ -203,6 +213,7 @@ void judge_length(const Model& model, const RecordFacts& facts, Judgement& judge
 /// Compares the error on the unseen part with what the estimating one promises.
 void judge_unseen_part(const Model& model, Judgement& judgement) {
   if (!model.validation || !model.estimation || !(model.estimation->score.mse > 0.0)) return;
+  if (model.validation->input_noise) return;  // which a plant that integrates adds up
   const Score& unseen = model.validation->score;
   if (unseen.fit_percent >= kExactFit_percent) return;
   const double ratio = std::sqrt(unseen.mse / model.estimation->score.mse);

@@ -94,7 +94,9 @@ struct RecordFacts {
 /// G. A criterion that a short record does not determine is not judged, and the model is usable: the residual tests
 /// that pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
 /// answering_samples()), a predicted error whose interval holds 5 %, other amplitudes than those of an input of two
-/// levels, the noise of an excitation that repeats without two periods. Every criterion that applied is listed with
+/// levels, the noise of an excitation that repeats without two periods. Where noise of the measured input makes what
+/// is left over (InputNoise), that is the criterion, and the tests of the residual, the noise between periods and the
+/// error on unseen data are not judged, as they would see that noise. Every criterion that applied is listed with
 /// value and limit; each that failed or was not judged has a sentence, those of a rejection first. A model without
 /// validation (the whole record estimated) is judged by its estimation figures, and usable; a sentence says so. Never
 /// throws on a model's content; a figure that is not finite does not pass.

@@ -107,6 +107,22 @@ std::vector<std::string> causes_in_record(const Model& model) {
         stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
         is_given ? of_record->second : cut_options(*stop)));
   }
+  if (const auto& noise = model.validation->input_noise) {
+    found.push_back(fmt::format(
+        "The measured input is noisy: {} (rms) of it did not reach the plant, and the model makes {} (rms) of error of "
+        "it, which hides whatever else it lacks. A gain comes out too small by that, here by about {}, and time "
+        "constants are off by as much or more; record the command itself as the input, or filter and shield the wiring "
+        "of the measured one.",
+        error_text(noise->rms, model.input_unit), error_text(noise->in_output, model.output_unit),
+        noise->attenuation < 0.001 ? "0.1 % or less" : fmt::format("{:.1g} %", 100.0 * noise->attenuation)));
+  }
+  if (const auto& sensor = model.validation->sensor_step) {
+    found.push_back(fmt::format(
+        "The sensor's step of {} limits the answer: rounding to it makes most of what the model leaves over, and a "
+        "motion within a step does not show; amplify the sensor's signal or take a finer one, or record larger "
+        "motions.",
+        error_text(sensor->step, model.output_unit)));
+  }
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =
         cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());

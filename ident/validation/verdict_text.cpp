@@ -83,11 +83,14 @@ class Reasons {
     const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
       return c.kind == Kind::error_over_refit && has_failed(c);
     });
-    about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error, Kind::error_over_estimating});
+    about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error});
+    // A cause stands before the statistics that show it.
+    if (!is_of_another_plant) about({Kind::residual_drift});
+    about({Kind::error_over_estimating});
     // What the residual of another plant's model shows says nothing about this one.
     if (!is_of_another_plant) {
       about({Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity, Kind::future_input,
-             Kind::predicted_error, Kind::residual_drift, Kind::input_levels, Kind::extrapolated});
+             Kind::predicted_error, Kind::input_levels, Kind::extrapolated});
       note_low_r2();
       about({Kind::error_over_noise, Kind::far_error_over_noise});
     }
@@ -132,6 +135,12 @@ class Reasons {
     about({Kind::r2, Kind::max_abs_error});
     rejections_.insert(rejections_.begin(), frozen_in_record(model_));
     return rejections_;
+  }
+
+  /// Whether a sentence before says what keeps the model from following.
+  [[nodiscard]] bool is_cause_named() const {
+    return cause_ == ErrorCause::frozen || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump ||
+           cause_ == ErrorCause::input_noise;
   }
 
   /// Whether a part of the record that is none of the plant is named, which what is left over then shows.
@@ -219,8 +228,7 @@ class Reasons {
               "fit the ladder, which may (`eha fit` without --model).",
               c.parameter, percent_text(c.value), c.limit);
         }
-        if (c.value < kNoAnswer_percent && !answers_in_estimation() && cause_ != ErrorCause::end_stop &&
-            cause_ != ErrorCause::jump) {
+        if (c.value < kNoAnswer_percent && !answers_in_estimation() && !is_cause_named()) {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {} % is below the limit of {:.4g} %; were "
               "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
@@ -377,7 +385,8 @@ class Reasons {
             "The map is no valve's: its gain below the dead band is {:.3g} times that above, so more volts to one side "
             "would turn the motion round; use the model without the map, or record both sides of the valve.",
             c.value);
-      case Kind::jump:  // causes() says it first
+      case Kind::jump:  // causes_in_record() says it first
+      case Kind::input_noise:
       case Kind::input_levels:
       case Kind::other:
         break;
@@ -409,10 +418,10 @@ class Reasons {
           error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, percent_text(c.value),
           c.limit, kAgainstNoise);
     }
-    const bool is_named = cause_ == ErrorCause::frozen || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump;
     return fmt::format("The model does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; {}",
                        c.parameter, percent_text(c.value), c.limit,
-                       is_named ? "cut as said above, and fit again."
+                       cause_ == ErrorCause::input_noise ? "the noise of the measured input does that."
+                       : is_cause_named()                ? "cut as said above, and fit again."
                        : c.value < kHardlyFollows_percent
                            ? "look at the record: did the output move because of this input (volts beyond "
                              "a dead band, supply on, the right columns)?"

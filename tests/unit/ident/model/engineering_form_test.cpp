@@ -130,5 +130,15 @@ TEST(UnitOfParameter, FollowsFromTheOrders) {
   EXPECT_EQ(unit("initial_output", ParameterRole::initial_output), "in");
 }
 
+TEST(EngineeringForm, TakesNoPoleBesideAZeroBelowTheBandForAnIntegrator) {
+  // 1.8 (16.2 s + 1) / ((16.3 s + 1)(0.3 s + 1))
+  Model model = model_of({{{1.8 * 16.2, 1.0}, {1.8, 0.0}}, {{16.3 * 0.3, 2.0}, {16.6, 1.0}, {1.0, 0.0}}, 0.0});
+  model.verdict.emplace().usable_band = FrequencyInterval{0.04, 2.0};
+  const std::string text = engineering_form(model);
+  EXPECT_EQ(text.rfind("K = 1.789 in/V in its band (T = 16.3 s and TD = 16.2 s are below it); T = 0.3 s", 0), 0U)
+      << text;
+  EXPECT_EQ(text.find("integrating"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace eha::ident

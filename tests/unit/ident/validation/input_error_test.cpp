@@ -145,5 +145,60 @@ TEST(InputNoise, BeforeAnIntegratorEntersTheIntervalOfItsGain) {
             17);
 }
 
+/// Levels of -1 to 1 V, each held for 40 rows.
+Eigen::VectorXd held_levels_of(std::mt19937_64& draw) {
+  Eigen::VectorXd u(3000);
+  for (Eigen::Index k = 0; k < u.size(); ++k) u[k] = k % 40 == 0 ? 2.0 * uniform(draw) - 1.0 : u[k - 1];
+  return u;
+}
+
+Model lag_model() {
+  Model model;
+  model.transfer_function = {{{1.8, 0.0}}, {{0.024, 2.0}, {0.38, 1.0}, {1.0, 0.0}}, 0.0};
+  return model;
+}
+
+TEST(NoisyInput, IsNamedInPlaceOfANonlinearPlantWhereThePlantDidNotGetTheNoise) {
+  int named = 0;
+  int taken_for_noise = 0;
+  for (int run = 0; run < 6; ++run) {
+    for (const double noise_V : {0.05, 0.2, 0.3}) {
+      std::mt19937_64 draw(300 + static_cast<std::uint64_t>(run));
+      const Eigen::VectorXd levels = held_levels_of(draw);
+      Record record;
+      record.step_s = 0.02;
+      record.input = levels;
+      for (double& u : record.input) u += noise_V * normal(draw);
+      record.output = simulate(lag_model(), levels, record.step_s);
+      for (double& y : record.output) y += 0.002 * normal(draw);
+      Model model = lag_model();
+      model.validation = validate(model, record, {});
+      const std::vector<std::string> reasons = judge(model, {}).reasons;
+      if (model.validation->input_noise) {
+        ++named;
+        EXPECT_NEAR(model.validation->input_noise->rms, noise_V, 0.1 * noise_V);
+        EXPECT_EQ(reasons.front().rfind("The measured input is noisy: ", 0), 0U) << reasons.front();
+        for (const std::string& reason : reasons) EXPECT_EQ(reason.find("not linear"), std::string::npos) << reason;
+      }
+      // The same noise, which the plant did get.
+      record.output = simulate(lag_model(), record.input, record.step_s);
+      for (double& y : record.output) y += 0.002 * normal(draw);
+      taken_for_noise += validate(lag_model(), record, {}).input_noise ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(named, 18);
+  EXPECT_EQ(taken_for_noise, 0);
+}
+
+TEST(NoisyInput, IsNoRoughExcitation) {
+  for (const double kept : {0.0, 0.5, 0.9, 0.97}) {
+    std::mt19937_64 draw(400);
+    Eigen::VectorXd u(4000);
+    double state = 0.0;
+    for (double& value : u) value = state = kept * state + normal(draw);
+    EXPECT_EQ(apparent_input_noise(u), 0.0) << kept;
+  }
+}
+
 }  // namespace
 }  // namespace eha::ident

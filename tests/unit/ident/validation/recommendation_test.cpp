@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -359,6 +360,30 @@ TEST(Recommendation, ComparesModelsOfTheSameRowsOnly) {
   Model other = model_of("io3", -500.0);
   other.estimation->information->record = "another record";
   EXPECT_EQ(recommended({model_of("io", -100.0), other}).model, "io");
+}
+
+TEST(Recommendation, TakesNoModelThatRingsAtHalfTheRateOfTheRows) {
+  Model rings = model_of("io3", -300.0);
+  rings.estimation->compared_step_s = 0.2;
+  const double w = std::numbers::pi / 0.2;
+  rings.transfer_function = {{{1.0, 0.0}}, {{1.0 / (w * w), 2.0}, {0.02 / w, 1.0}, {1.0, 0.0}}, 0.0};
+  EXPECT_EQ(recommended({rings, model_of("io", -100.0)}).model, "io");
+  EXPECT_EQ(recommended({rings}).model, "io3");
+  rings.estimation->compared_step_s = 0.02;
+  EXPECT_EQ(recommended({rings, model_of("io", -100.0)}).model, "io3") << "a resonance that the rows show";
+}
+
+TEST(Recommendation, TakesNoMapOrOrderThatTakesInTheNoiseOfTheInput) {
+  Model plain = model_of("io", -100.0);
+  plain.validation->input_noise = InputNoise{.rms = 0.1, .in_output = 0.02, .share = 0.9, .attenuation = 0.001};
+  plain.verdict = judge(plain, {});
+  Model mapped = model_of("io_valve", -300.0);
+  mapped.input_map = ValveMap{};
+  EXPECT_EQ(recommended({mapped, plain}).model, "io");
+  EXPECT_EQ(recommended({model_of("fo", -300.0, Order::estimated), plain}).model, "io");
+  plain.validation->input_noise.reset();
+  plain.verdict = judge(plain, {});
+  EXPECT_EQ(recommended({mapped, plain}).model, "io_valve");
 }
 
 }  // namespace

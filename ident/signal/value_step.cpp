@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/signal/value_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace eha::ident {
+namespace {
+
+constexpr std::size_t kFewestRows = 20;
+constexpr std::size_t kFewestValues = 3;
+constexpr std::size_t kMostValues = 300;
+constexpr std::size_t kRowsAValue = 5;
+constexpr double kSame = 1e-9;    // of the range: less is the conversion of decimals
+constexpr double kOnGrid = 0.02;  // of a step
+
+}  // namespace
+
+double value_step(std::span<const double> values) {
+  if (values.size() < kFewestRows) return 0.0;
+  std::vector<double> sorted;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(sorted), [](double x) { return std::isfinite(x); });
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.empty()) return 0.0;
+  const double same = kSame * (sorted.back() - sorted.front());
+  std::vector<double> apart;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    const double difference = sorted[k] - sorted[k - 1];
+    if (difference <= same) continue;
+    apart.push_back(difference);
+    least = std::min(least, difference);
+    if (apart.size() >= kMostValues) return 0.0;
+  }
+  const std::size_t count = apart.size() + 1;
+  if (count < kFewestValues || kRowsAValue * count > sorted.size()) return 0.0;
+  const bool is_grid = std::all_of(apart.begin(), apart.end(), [&](double difference) {
+    const double steps = difference / least;
+    return std::abs(steps - std::round(steps)) <= kOnGrid;
+  });
+  return is_grid ? least : 0.0;
+}
+
+}  // namespace eha::ident

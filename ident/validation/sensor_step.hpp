@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "ident/model/model.hpp"
+#include "ident/record.hpp"
+#include "ident/signal/decimation.hpp"
+
+namespace eha::ident {
+
+/// The step of a record's coarse output where rounding to it makes much of what a model leaves over.
+/// @param residual  at the compared rows
+/// @returns none where rounding makes less than kShownByRounding of the residual's power
+[[nodiscard]] std::optional<SensorStep> sensor_step(const Record& record, const Eigen::VectorXd& residual);
+
+/// From this share of the residual's power on rounding limits the answer.
+inline constexpr double kShownByRounding = 0.3;
+
+/// What rounding leaves of a coarse output while that stays at one value: not noise, but one error for all rows of the
+/// stay. A root of its covariance: a column for each stay of 8 rows or more, at most the 64 longest, of the standard
+/// deviation of rounding, step / sqrt(12).
+/// @param first  first compared row wanted
+/// @returns rows by m; m is 0 for an output without a step
+[[nodiscard]] Eigen::MatrixXd rounded_stays(const Record& record, const Comparison& comparison, Eigen::Index first);
+
+}  // namespace eha::ident
