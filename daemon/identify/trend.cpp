@@ -15,13 +15,16 @@
 #include "ident/structure/structures.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/recommendation.hpp"
 #include "ident/validation/slow_pair.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::identify {
 namespace {
 
 constexpr int kMostRounds = 6;
 constexpr double kStays = 0.02;          // of the interval's half width
+constexpr double kLessThanModel = 0.7;   // of the error on unseen data, beside a model that is recommended
 constexpr double kShownOverWidth = 2.0;  // the line over that half width
 
 /// Takes a line out of an output; it is 0 in the middle of the record.
@@ -89,8 +92,13 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
                                           const FitTask& fit) {
   if (task.options.procedure == ident::Procedure::paper) return std::nullopt;
   const IdentifiedModel* best = recommended_model(identification);
-  if (best != nullptr && !ident::takes_in_a_drift(best->result.model)) return std::nullopt;
-  if (std::none_of(identification.models.begin(), identification.models.end(), is_drift)) return std::nullopt;
+  const bool may_drift = best != nullptr && best->result.model.verdict &&
+                         ident::fails_any(*best->result.model.verdict, {ident::CriterionKind::residual_drift,
+                                                                        ident::CriterionKind::error_over_estimating});
+  if (best != nullptr && !may_drift && !ident::takes_in_a_drift(best->result.model)) return std::nullopt;
+  if (!may_drift && std::none_of(identification.models.begin(), identification.models.end(), is_drift)) {
+    return std::nullopt;
+  }
   const std::optional<Trend> trend = trend_of(task);
   if (!trend) return std::nullopt;
   WithoutTrend found{.record = task.record, .trend = {}, .sentence = {}, .identification = {}};
@@ -109,6 +117,9 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   found.identification = fit(straight);
   const IdentifiedModel* anew = recommended_model(found.identification);
   if (anew == nullptr || ident::takes_in_a_drift(anew->result.model)) return std::nullopt;
+  // Beside a model that is accepted a line has to show clearly.
+  const std::optional<double> error = may_drift ? ident::error_over(anew->result.model, best->result.model) : 0.0;
+  if (!error || *error > kLessThanModel) return std::nullopt;
   return found;
 }
 
