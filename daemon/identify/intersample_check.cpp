@@ -20,6 +20,7 @@ constexpr double kClearly = 20.0;       // of AR-BIC
 constexpr Eigen::Index kMostRows = 1'000'000;
 
 constexpr double kRepeats = 0.1;  // of the rows, from which on an input is a staircase
+constexpr double kMuch = 0.1;     // movement within half a row that matters whatever a model takes up
 constexpr double kFalls = 0.98;   // of the error, at most, to be told as a fall
 
 /// Whether so many rows repeat the input of the row before that it is a controller's staircase, sampled off its edges:
@@ -34,6 +35,11 @@ bool is_staircase(const Eigen::VectorXd& input) {
 
 bool has_zero_or_delay(const ident::Model& model) {
   return model.transfer_function.numerator.size() > 1 || model.transfer_function.delay_s > 0.0;
+}
+
+/// Whether a model has what half a row may have made: a zero, a dead time, an estimated order or a map.
+bool takes_up_half_a_row(const ident::Model& model) {
+  return has_zero_or_delay(model) || model.input_map || ident::has_estimated_order(model);
 }
 
 /// A structure to fit to the record in parts, from a model that was found.
@@ -79,11 +85,11 @@ const IdentifiedModel* asked_about(const Identification& identification) {
   return least;
 }
 
-/// The models with neither a zero nor a dead time, which may stand for the half row alone: the closest one, and the one
-/// of fewest parameters, which half a row may have hidden; none where the one asked about has neither.
+/// The models without what may stand for the half row alone (takes_up_half_a_row()): the closest one, and the one
+/// of fewest parameters, which half a row may have hidden; none where the one asked about has none of that.
 std::vector<const IdentifiedModel*> without_half_row(const Identification& identification,
                                                      const IdentifiedModel& asked) {
-  if (!has_zero_or_delay(asked.result.model)) return {};
+  if (!takes_up_half_a_row(asked.result.model)) return {};
   const IdentifiedModel* closest = nullptr;
   const IdentifiedModel* simplest = nullptr;
   const auto lower = [](const IdentifiedModel& a, const IdentifiedModel* b) {
@@ -91,7 +97,7 @@ std::vector<const IdentifiedModel*> without_half_row(const Identification& ident
   };
   const auto parameters = [](const IdentifiedModel& m) { return m.result.model.parameters.size(); };
   for (const IdentifiedModel& m : identification.models) {
-    if (!m.result.model.estimation || has_zero_or_delay(m.result.model)) continue;
+    if (!m.result.model.estimation || takes_up_half_a_row(m.result.model)) continue;
     if (lower(m, closest)) closest = &m;
     if (simplest == nullptr || parameters(m) < parameters(*simplest) ||
         (parameters(m) == parameters(*simplest) && lower(m, simplest)))
@@ -109,14 +115,17 @@ bool half_a_row_shows(const ident::Model& model, double half_row_s) {
   return delay != model.parameters.end() && !(2.0 * delay->std > half_row_s);
 }
 
-/// What half a row changes in a model whose zero or dead time takes it up, where the error does not tell.
+/// What half a row changes in a model that takes it up, where the error does not tell.
 std::string undecided(const ident::Model& model, double half_row_s) {
   const std::string half = ident::figure_text(1e3 * half_row_s);
   if (model.transfer_function.delay_s > 0.0) {
     return fmt::format("the dead time is half a row longer ({:.4g} + {} ms)", 1e3 * model.transfer_function.delay_s,
                        half);
   }
-  return fmt::format("{} ms (half a row) of its zero are none of the plant", half);
+  if (model.transfer_function.numerator.size() > 1) {
+    return fmt::format("{} ms (half a row) of its zero are none of the plant", half);
+  }
+  return fmt::format("its lags together are {} ms (half a row) longer", half);
 }
 
 }  // namespace
@@ -155,11 +164,11 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
                          error(lines), unit);
     } else if (better != found.end()) {
       gain = fmt::format(
-          "{} errs by {:.3g}{} (rms) and {}, which has more parameters, by {:.3g}: its zero or dead time may stand "
-          "for half a row alone",
+          "{} errs by {:.3g}{} (rms) and {}, which has more parameters, by {:.3g}: what that has more may stand for "
+          "half a row alone",
           simpler[static_cast<std::size_t>(better - found.begin()) - others]->structure.name, error(*better), unit,
           held->structure.name, error(steps));
-    } else if (half_a_row_shows(held->result.model, 0.5 * source.record.step_s) &&
+    } else if ((movement > kMuch || half_a_row_shows(held->result.model, 0.5 * source.record.step_s)) &&
                !is_better(steps, smooth, kClearly)) {
       return fmt::format(
           "within half a row the input moves by {} % of its spread, and it was taken as held between the rows, as a "
