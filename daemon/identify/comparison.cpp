@@ -175,8 +175,29 @@ double own_rms_error(const ident::Model& model) {
   return model.estimation ? std::sqrt(model.estimation->score.mse) : 0.0;
 }
 
+/// Whether a comparison holds although the inputs differ: both models leave plain noise over, so that no part of the
+/// plant is left that another input would move otherwise, and what changed did so by more than a part within the noise
+/// makes it.
+bool holds_for_other_inputs(const ident::Model& before, const ident::Model& after, const ident::PlantChange& change) {
+  if (!ident::leaves_plain_noise(before) || !ident::leaves_plain_noise(after)) return false;
+  return !change.changed || std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
+    return p.changed && std::abs(p.after - p.before) > kShiftByExperiment * p.half_width;
+  });
+}
+
+/// Whether the record that estimated a model can be read and has another input; false where it cannot be read.
+bool was_recorded_with_other_input(const ident::Model& model, const Source& source) {
+  const auto record = model.provenance.find("record");
+  if (record == model.provenance.end()) return false;
+  try {
+    return has_other_input(load_source(record->second, std::nullopt, {}).record, source.record);
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 /// Judges whether the model is of the record's plant, by its error and the parameters of its refit.
-void judge_plant(ScoredModel& scored, const ident::Model& model) {
+void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& source) {
   const double usual = std::max(scored.refit_rms_error, own_rms_error(model));
   if (!(usual > 0.0)) {  // of an exact model
     scored.of_another_plant = scored.change->changed && scored.rms_error > 0.0;
@@ -191,6 +212,15 @@ void judge_plant(ScoredModel& scored, const ident::Model& model) {
         return p.changed && (is_far || std::abs(p.after - p.before) > kShiftByExperiment * p.half_width);
       });
   scored.of_another_plant = is_hopeless || (shows && ratio > ident::kGreatestErrorOverRefit);
+  if (scored.of_another_plant && !is_hopeless && !model.input_map &&
+      !holds_for_other_inputs(model, scored.refit->model, *scored.change) &&
+      was_recorded_with_other_input(model, source)) {
+    scored.of_another_plant = false;
+    scored.cannot_tell =
+        "the inputs of this record and of the model's own differ, which alone can change the parameters of a plant "
+        "that is not linear; record the model's experiment again and compare the two (`eha compare`)";
+    return;
+  }
   if (!scored.of_another_plant && scored.change->changed && ratio > ident::kGreatestErrorOverRefit) {
     scored.cannot_tell = fmt::format(
         "its error is {} times that on its own record, and parameters lie just outside their joint intervals, as "
@@ -215,7 +245,7 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   }
   scored.refit_rms_error = std::sqrt(scored.refit->model.estimation->score.mse);
   scored.change = ident::compare_parameters(model, scored.refit->model, level);
-  judge_plant(scored, model);
+  judge_plant(scored, model, source);
   if (model.input_map) return;
   scored.cannot_tell = too_short(ident::compared_s(scored.refit->model), ident::compared_s(model),
                                  fmt::format("the record of {}", model.name));
@@ -253,17 +283,6 @@ std::string why_unfit(const ident::Model& model) {
   std::string why = reasons.empty() ? "it is rejected" : ident::statement_of(reasons.front());
   why.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(why.front())));
   return why;
-}
-
-/// Whether a comparison holds although the inputs differ: both models leave plain noise over, so that no part of the
-/// plant is left that another input would move otherwise, and what changed did so by more than a part within the noise
-/// makes it.
-bool holds_for_other_inputs(const ComparedRun& before, const ComparedRun& after) {
-  if (!ident::leaves_plain_noise(before.fit.model) || !ident::leaves_plain_noise(after.fit.model)) return false;
-  const std::vector<ident::ParameterChange>& parameters = after.change->parameters;
-  return !after.change->changed || std::any_of(parameters.begin(), parameters.end(), [](const auto& p) {
-    return p.changed && std::abs(p.after - p.before) > kShiftByExperiment * p.half_width;
-  });
 }
 
 /// Whether a model leaves more of its own record over than it explains: beside it another one that is as bad does not
@@ -426,8 +445,10 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
-    comparison.runs[i].has_other_input = has_other_input(first.record, sources[i].record) &&
-                                         !holds_for_other_inputs(comparison.runs.front(), comparison.runs[i]);
+    comparison.runs[i].has_other_input =
+        has_other_input(first.record, sources[i].record) &&
+        !holds_for_other_inputs(comparison.runs.front().fit.model, comparison.runs[i].fit.model,
+                                *comparison.runs[i].change);
     if (comparison.runs[i].has_other_input) {
       comparison.notes.push_back(
           fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
