@@ -82,6 +82,12 @@ std::string form_of(const CLI::App& sub, const std::string& command) {
   return form + " [OPTIONS]";
 }
 
+/// Whether a command has arguments that are no options.
+bool takes_words(const CLI::App& sub) {
+  const std::vector<const CLI::Option*> options = sub.get_options();
+  return std::any_of(options.begin(), options.end(), [](const CLI::Option* o) { return o->get_positional(); });
+}
+
 /// The first example of a command's help; empty without one.
 std::string first_example(const CLI::App& sub, const std::string& command) {
   const std::string help = sub.get_footer();
@@ -134,6 +140,11 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   // CLI11 writes them from last to first.
   if (has_extras && !unknown) what = fmt::format("not expected: {}", fmt::join(app.remaining(true), " "));
   if (unknown || has_extras) what += meant(app, *sub);
+  if (has_extras && !unknown && !takes_words(*sub)) {
+    for (const std::string& word : app.remaining(true)) {
+      if (const std::string takers = takers_of(word); !takers.empty()) what += "; " + takers;
+    }
+  }
   if (sub != &app) {
     what += fmt::format("; expected `{}`", form_of(*sub, command));
     if (const std::string example = first_example(*sub, command); !example.empty()) {

@@ -108,7 +108,7 @@ void print_identification(const identify::Identification& identification,
   for (const std::filesystem::path& path : written) document["files"].push_back(path.string());
   document["exit_code"] = static_cast<int>(identify::exit_code(identification.models));
   console.print_json(document);
-  console.print(short_report(answer_of(identification), unit));
+  console.print(short_report(answer_of(identification), unit, console.verbose() ? Reasons::all : Reasons::first));
   for (const identify::Round& round : identification.rounds) {
     if (round.reason.empty()) continue;
     const bool is_fit = round.kind == identify::Round::Kind::fit;

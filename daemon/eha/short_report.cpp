@@ -98,28 +98,28 @@ std::string grade_text(const Model& model) {
 }
 
 /// The clauses of a reason that fit into three lines, at least one.
-std::string brief(const std::string& reason) {
+std::string brief(const std::string& reason, Reasons shown) {
   constexpr std::size_t kMost = 3 * (kWidth - kLabel) - 12;  // lines break before a word
   constexpr std::string_view kMore = "; -v gives more";
   const auto clause_end = [&](std::size_t from) {
     return std::min({reason.find("; ", from), reason.find(", and ", from), reason.size()});
   };
-  if (reason.size() <= kMost) return reason;
+  if (reason.size() <= kMost || shown == Reasons::all) return reason;
   std::size_t end = clause_end(0);
   while (end < reason.size() && clause_end(end + 1) + kMore.size() <= kMost) end = clause_end(end + 1);
   return end == reason.size() ? reason : reason.substr(0, end).append(kMore);
 }
 
-/// The first reason in full, the others without what to do.
-std::string reasons_of(const Model& model) {
+/// The first reason in full, two others without what to do; or all of them in full.
+std::string reasons_of(const Model& model, Reasons shown) {
   std::string text;
   const std::vector<std::string> none;
   const std::vector<std::string>& reasons = model.verdict ? model.verdict->reasons : none;
-  for (std::size_t i = 0; i < std::min(reasons.size(), kMostReasons); ++i)
-    text += line(i == 0 ? "because" : "", i == 0 ? reasons[i] : ident::statement_of(reasons[i]) + ".");
-  if (reasons.size() > kMostReasons) {
-    text += line("", fmt::format("and {} more; -v gives all", reasons.size() - kMostReasons));
-  }
+  const bool is_all = shown == Reasons::all;
+  const std::size_t count = is_all ? reasons.size() : std::min(reasons.size(), kMostReasons);
+  for (std::size_t i = 0; i < count; ++i)
+    text += line(i == 0 ? "because" : "", i == 0 || is_all ? reasons[i] : ident::statement_of(reasons[i]) + ".");
+  if (reasons.size() > count) text += line("", fmt::format("and {} more; -v gives all", reasons.size() - count));
   if (model.verdict) {
     if (const std::string sight = ident::sight_of(model, *model.verdict); !sight.empty())
       text += line(reasons.empty() ? "because" : "", sight);
@@ -241,8 +241,8 @@ const Model* closest(const std::vector<Model>& models, const Model& chosen) {
 /// on unseen data".
 /// @param models  of which `chosen` is one
 std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
-                      const ident::Recommendation& recommendation) {
-  if (models.size() < 2 || !(ident::shown_mse(chosen) > 0.0)) return brief(recommendation.reason);
+                      const ident::Recommendation& recommendation, Reasons shown) {
+  if (models.size() < 2 || !(ident::shown_mse(chosen) > 0.0)) return brief(recommendation.reason, shown);
   const double most = ident::kAsWell * ident::kAsWell * ident::shown_mse(chosen);
   std::size_t alike = 0;
   bool is_simplest = true;
@@ -279,12 +279,12 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
 }
 
 std::string why_it_is_recommended(const Model& model, const std::vector<Model>& models,
-                                  const ident::Recommendation& recommendation) {
-  std::string text = line("chosen as", chosen_as(model, models, recommendation));
+                                  const ident::Recommendation& recommendation, Reasons shown) {
+  std::string text = line("chosen as", chosen_as(model, models, recommendation, shown));
   if (recommendation.validation_chose) {
     text += line("", "The validation part took part in the choice: confirm it on another record.");
   }
-  return text + reasons_of(model);
+  return text + reasons_of(model, shown);
 }
 
 std::vector<std::string> row_for(const Model& model, const std::string& name) {
@@ -370,7 +370,8 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   const std::vector<record::ModelEntry> models = record::models_of(manifest);
   if (models.empty()) return false;
   try {
-    console.print(short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other))));
+    console.print(short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other)),
+                               console.verbose() ? Reasons::all : Reasons::first));
     std::size_t rejected = 0;
     for (const record::ModelEntry& model : models) {
       const std::filesystem::path file = folder / model.file;
@@ -423,7 +424,7 @@ std::string answer_text(const Answer& given, const DisplayUnit& unit) {
   return {};
 }
 
-std::string short_report(const Answer& given, const DisplayUnit& unit) {
+std::string short_report(const Answer& given, const DisplayUnit& unit, Reasons reasons) {
   if (given.models.empty() && given.paper.empty()) return {};
   const Answer answer = shown_answer(given, unit);
   std::string text;
@@ -431,7 +432,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
   const auto chosen = std::find_if(answer.models.begin(), answer.models.end(),
                                    [&](const Model& model) { return model.name == recommendation.model; });
   if (chosen != answer.models.end()) {
-    text += what_it_is(*chosen) + why_it_is_recommended(*chosen, answer.models, recommendation);
+    text += what_it_is(*chosen) + why_it_is_recommended(*chosen, answer.models, recommendation, reasons);
   } else {
     text += line("recommended", "none");
     bool others_err_alike = false;
@@ -444,7 +445,7 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
       const bool is_of_record = of_record != answer.models.end();
       // A drift keeps every structure from following, and leads their advice astray.
       others_err_alike = is_of_record && ident::wanders(*of_record, *of_record->verdict);
-      text += line("because", is_of_record ? recommendation.reason + "." : brief(recommendation.reason));
+      text += line("because", is_of_record ? recommendation.reason + "." : brief(recommendation.reason, reasons));
     }
     if (!recommendation.accepted_instead.empty()) text += line("not rejected", recommendation.accepted_instead);
     if (!others_err_alike) text += reasons_by_model(answer.models, recommendation.reason);
@@ -470,8 +471,9 @@ std::string short_report(const Answer& given, const DisplayUnit& unit) {
                      {"band Hz", Align::right},
                      {"verdict", Align::left}},
                     rows) +
-         fmt::format("fit, R2, error: on {}. -v: every figure. Terms: eha(1)\n",
-                     on_unseen ? "unseen data" : "the samples that estimated the model") +
+         fmt::format("fit, R2, error: on {}. {}Terms: eha(1)\n",
+                     on_unseen ? "unseen data" : "the samples that estimated the model",
+                     reasons == Reasons::all ? "" : "-v: every figure. ") +
          words;
 }
 

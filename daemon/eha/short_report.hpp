@@ -26,9 +26,12 @@ struct Answer {
 /// @throws IoError, PermissionError, ConfigError  a model file is missing or damaged
 [[nodiscard]] Answer answer_of_run(const std::filesystem::path& folder, const record::Manifest& manifest);
 
+/// How much of the reasons to write: the first one in full and two more, or all of them (-v).
+enum class Reasons { first, all };
+
 /// Writes at most 80 columns: the recommended model with its equation, its fit and largest error on validation data,
 /// its usable band, its verdict and the reasons; then one line a model. Empty without models.
-[[nodiscard]] std::string short_report(const Answer& answer, const DisplayUnit& unit);
+[[nodiscard]] std::string short_report(const Answer& answer, const DisplayUnit& unit, Reasons reasons = Reasons::first);
 
 /// The first lines of that: the recommended model without reasons. Empty if none is recommended.
 [[nodiscard]] std::string answer_text(const Answer& answer, const DisplayUnit& unit);

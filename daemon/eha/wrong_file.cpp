@@ -35,7 +35,8 @@ constexpr Kind kController{"a controller file", "[feedback], [promise]",
                            "`eha track`, `eha plot` and `eha export` take it"};
 constexpr Kind kModel{"a model file", "JSON of `eha fit`",
                       "`eha validate`, `eha simulate`, `eha tune`, `eha report` and `eha export` take it"};
-constexpr Kind kRecord{"a record", "columns of numbers", "`eha fit`, `eha validate` and `eha plot` take it"};
+constexpr Kind kRecord{"a record", "columns of numbers",
+                       "`eha fit`, `eha import`, `eha validate` and `eha plot` take it"};
 constexpr Kind kRun{"a run folder", "with run.json", "`eha fit`, `eha report`, `eha plot` and `eha runs show` take it"};
 constexpr Kind kManifest{"the manifest of a run", "run.json", "name the run's folder instead"};
 
@@ -99,6 +100,12 @@ const Kind* kind_of(const fs::path& path) {
 }
 
 }  // namespace
+
+std::string takers_of(const std::string& path) {
+  const Kind* kind = kind_of(path);
+  return kind == nullptr ? std::string()
+                         : fmt::format("{} is {} ({}): {}", path, kind->name, kind->content, kind->taken_by);
+}
 
 std::string wrong_file(const std::vector<NamedFile>& files) {
   for (const NamedFile& file : files) {

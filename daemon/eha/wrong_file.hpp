@@ -16,4 +16,8 @@ struct NamedFile {
 /// Meant for after a refusal: reads the files. @returns empty if every kind is right or not recognised
 [[nodiscard]] std::string wrong_file(const std::vector<NamedFile>& files);
 
+/// What a file is and which commands take it, of one that a command does not expect; empty where its kind is not
+/// recognised. Reads the file.
+[[nodiscard]] std::string takers_of(const std::string& path);
+
 }  // namespace eha::cli

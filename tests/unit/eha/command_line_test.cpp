@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/service_command.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::cli {
 namespace {
@@ -65,6 +67,16 @@ TEST(CommandLine, NamesTheOptionOrCommandThatIsMeant) {
       << fault_of({"fit", "a.csv", "--out", "x"});
   EXPECT_EQ(fault_of({"fit", "a.csv", "--xyzzyxyzzy"}).find("did you mean"), std::string::npos);
   EXPECT_EQ(fault_of({"fit", "a.csv", "b.csv"}).find("did you mean"), std::string::npos);
+}
+
+TEST(CommandLine, NamesWhatTakesAFileThatACommandDoesNotExpect) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "bench.csv").string();
+  std::ofstream(file) << "time_s,u_V,y_mm\n";
+  const std::string fault = fault_of({"read", file.c_str()});
+  EXPECT_NE(fault.find("bench.csv is a record (columns of numbers): `eha fit`, `eha import`"), std::string::npos)
+      << fault;
+  EXPECT_EQ(fault_of({"fit", "a.csv", file.c_str()}).find("is a record"), std::string::npos);
 }
 
 TEST(CommandLine, RefusesANameThatWouldWriteLinesOfItsOwn) {

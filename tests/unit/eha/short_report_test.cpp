@@ -42,6 +42,19 @@ TEST(ShortReport, LeadsWithTheRecommendedModel) {
   EXPECT_EQ(short_report(answer_with("none"), {}).rfind("recommended     none\n", 0), 0U);
 }
 
+TEST(ShortReport, WithAllReasonsPromisesNoMore) {
+  Answer answer = answer_with("");
+  std::vector<std::string>& reasons = answer.models[0].verdict->reasons;
+  for (const char* name : {"second", "third", "fourth", "fifth"}) {
+    reasons.push_back(std::string("The ") + name + " thing is wrong; do the " + name + " thing.");
+  }
+  const std::string some = short_report(answer, {});
+  EXPECT_NE(some.find("and 2 more; -v gives all"), std::string::npos) << some;
+  const std::string all = short_report(answer, {}, Reasons::all);
+  EXPECT_NE(all.find("do the fifth thing."), std::string::npos) << all;
+  EXPECT_EQ(all.find("-v"), std::string::npos) << all;
+}
+
 TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   Answer answer = answer_with("");
   answer.models[0].output_unit = "in";
