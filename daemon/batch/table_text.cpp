@@ -80,10 +80,12 @@ RowFigures figures_of(const Json& fit, const std::string& recommended) {
   RowFigures figures;
   if (!fit.is_object()) return figures;
   for (const Json& found : fit.value("models", Json::array())) {
-    if (found.at("name") != recommended || !found.contains("validation")) continue;
+    if (found.at("name") != recommended) continue;
     try {
       const ident::Model model = ident::model_from_text(found.dump(), recommended);
-      const ident::Score& score = model.validation.value().score;
+      // Where nothing was left unseen, the figures are those of the samples that estimated.
+      if (!model.validation && !model.estimation) break;
+      const ident::Score& score = model.validation ? model.validation->score : model.estimation->score;
       figures.fit_percent = fmt::format("{:.1f}", score.fit_percent);
       figures.error =
           fmt::format("{:.3g} {}", std::max(std::abs(score.error_min), std::abs(score.error_max)), model.output_unit);

@@ -220,5 +220,18 @@ TEST(BatchPage, BeginsWithTheWorstThatWasFound) {
   EXPECT_LT(box.find("0006 lies apart"), box.find("records are judged"));
 }
 
+TEST(BatchTable, HasFiguresOfARecordThatWasAllEstimatedOn) {
+  const Json fit = Json::parse(
+      R"({"models": [{"schema": "eha-model/1", "name": "io1",
+          "transfer_function": {"numerator": [{"coefficient": 2, "order": 0}],
+                                "denominator": [{"coefficient": 1, "order": 1}, {"coefficient": 1, "order": 0}]},
+          "estimation": {"r2_percent": 99, "mse": 0.01, "fit_percent": 90.25, "error_min": -0.3, "error_max": 0.2,
+                         "samples": 100}}]})");
+  const RowFigures figures = figures_of(fit, "io1");
+  EXPECT_EQ(figures.fit_percent, "90.2");
+  EXPECT_EQ(figures.error.rfind("0.3", 0), 0U) << figures.error;
+  EXPECT_FALSE(figures.form.empty());
+}
+
 }  // namespace
 }  // namespace eha::batch
