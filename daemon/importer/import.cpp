@@ -353,7 +353,8 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
     } catch (const DataError& error) {
       const std::string what = error.what();
       const bool is_clock = table.columns()[*roles.time].is_clock;
-      if (!options.resample && is_clock && what.find("--period") == std::string::npos) {
+      if (!options.resample && is_clock && what.find("--period") == std::string::npos &&
+          what.find("the longest part") == std::string::npos) {
         throw DataError(what + taken_as_even(rows, path, options));
       }
       if (!options.resample || rows.count() < 2) throw;

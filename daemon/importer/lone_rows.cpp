@@ -9,6 +9,7 @@
 
 #include "core/time_text.hpp"
 #include "daemon/importer/signal_scale.hpp"
+#include "ident/signal/value_step.hpp"
 
 namespace eha::importer {
 namespace {
@@ -16,6 +17,7 @@ namespace {
 constexpr std::size_t kFewestWithLone = 60;
 constexpr std::size_t kMostTogether = 3;
 constexpr double kOverUsual = 30.0;      // distance over the usual one of a row from the middle of its neighbours
+constexpr double kOverSteps = 2.5;       // distance over the step of a coarse sensor, which noise alone may cross
 constexpr double kOverRange = 0.03;      // distance over the range of the output
 constexpr double kNeighboursOff = 0.1;   // difference of the neighbours over the distance
 constexpr double kMostShare = 0.05;      // of the rows
@@ -36,8 +38,8 @@ bool stands_alone(std::span<const double> y, std::size_t from, std::size_t count
     distance = std::min(distance, std::abs(y[k] - before - slope * static_cast<double>(k + 1 - from)));
   }
   const double off = std::abs(after - before);
-  return std::isfinite(distance) && distance > kOverUsual * scale.usual && distance > kOverRange * scale.range &&
-         off < kNeighboursOff * distance;
+  return std::isfinite(distance) && distance > kOverSteps * scale.step && distance > kOverUsual * scale.usual &&
+         distance > kOverRange * scale.range && off < kNeighboursOff * distance;
 }
 
 /// Whether rows from .. from + count - 1 are the turning point of a motion: one that came before goes on into them, or
@@ -109,7 +111,8 @@ class Steps {
 
 std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output) {
   if (output.size() < kFewestWithLone || input.size() != output.size()) return {};
-  const Scale scale = scale_of(output);
+  Scale scale = scale_of(output);
+  scale.step = ident::value_step(output);
   const Scale of_input = scale_of(input);
   const Steps steps(input, output);
   std::vector<std::size_t> found;

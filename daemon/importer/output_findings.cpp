@@ -16,6 +16,7 @@
 #include "core/time_text.hpp"
 #include "daemon/importer/signal_scale.hpp"
 #include "ident/record.hpp"
+#include "ident/signal/value_step.hpp"
 
 namespace eha::importer {
 namespace {
@@ -23,6 +24,7 @@ namespace {
 constexpr std::size_t kFewestRows = 60;
 constexpr double kClippedShare = 0.02;  // of the rows
 constexpr std::size_t kClippedTogether = 5;
+constexpr double kPile = 3.0;         // rows at the end of a coarse sensor over those at its next value
 constexpr double kBesideEnd = 0.002;  // of the output's range, as a rod on its end stop
 constexpr std::size_t kFrozenRows = 20;
 constexpr double kFrozenShare = 0.01;  // of the rows
@@ -33,6 +35,8 @@ constexpr double kIntegrates = 0.6;        // R2 of the motion by the input
 constexpr double kBandOverUsual = 10.0;    // band of a rod on its end stop, over the usual distance of a row
 constexpr double kWidestEndBand = 0.02;    // ... over the output's range
 constexpr double kAskedOverBand = 3.0;     // motion beyond the stop that the input asks for
+constexpr double kAskedOverStep = 6.0;     // ... over the step of a coarse sensor, as a rod turns round within a few
+constexpr std::size_t kCoarsePlaces = 60;  // of a record, over each of which a coarse sensor shows the motion
 constexpr double kHeldShare = 0.9;         // of the changes of a sensor that is read more slowly than the rows
 constexpr double kRougher = 1.5;           // roughness of a rod over that of its command
 constexpr std::size_t kRoughPlaces = 500;  // of a record, over which roughness is taken
@@ -86,13 +90,19 @@ std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>
   const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
   if (!(*least < *greatest)) return {};
   std::string text;
+  const double step = ident::value_step(output);
   const auto rows_at = [&](double extreme) {
     std::vector<std::size_t> at;
     for (std::size_t k = 0; k < output.size(); ++k) {
       // Equal to the bit: a converter at its end.
       if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
     }
-    return stretches(at, kClippedTogether).empty() ? std::vector<std::size_t>() : at;
+    // A coarse sensor has many rows at each of its values.
+    const double next = extreme < *greatest ? extreme + step : extreme - step;
+    const auto beside = std::count_if(output.begin(), output.end(),
+                                      [&](double y) { return step > 0.0 && std::abs(y - next) < 0.5 * step; });
+    const bool is_pile = static_cast<double>(at.size()) >= kPile * static_cast<double>(beside);
+    return !is_pile || stretches(at, kClippedTogether).empty() ? std::vector<std::size_t>() : at;
   };
   const std::array<std::vector<std::size_t>, 2> ends{rows_at(*greatest), rows_at(*least)};
   const std::size_t most = std::max(ends[0].size(), ends[1].size());
@@ -179,6 +189,25 @@ Motion motion_by_input(const std::vector<double>& input, const std::vector<doubl
   return {motions.mean() - uy / uu * inputs.mean(), uy / uu, true};
 }
 
+/// Those of the stretches in which a rod that integrates would have moved by several steps of a coarse sensor.
+std::vector<Stretch> beyond_a_step(std::vector<Stretch> found, const std::vector<double>& input,
+                                   const std::vector<double>& output) {
+  const double step = found.empty() ? 0.0 : ident::value_step(output);
+  const std::size_t window = std::max(kClippedTogether, output.size() / kCoarsePlaces);
+  const Motion motion = step > 0.0 ? motion_by_input(input, output, window, found) : Motion{};
+  if (!motion.is_known) return found;
+  std::erase_if(found, [&](const Stretch& stretch) {
+    double asked = 0.0;
+    double most = 0.0;
+    for (std::size_t k = stretch.first; k <= stretch.second; ++k) {
+      asked += (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window);
+      most = std::max(most, std::abs(asked));
+    }
+    return most < kAskedOverStep * step;
+  });
+  return found;
+}
+
 /// Stretches over which the output stands at its greatest or least value while the input asks it to go on, and shorter
 /// ones at the same end.
 std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vector<double>& output) {
@@ -188,6 +217,7 @@ std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vect
   const std::size_t window = std::max(kClippedTogether, output.size() / kRoughPlaces);
   // Of the least value the noise makes the outermost of many.
   const double band = std::clamp(kBandOverUsual * scale_of(output).usual, kBesideEnd * range, kWidestEndBand * range);
+  const double step = ident::value_step(output);
   const auto shortest =
       std::max(kFrozenRows, static_cast<std::size_t>(kClippedShare * static_cast<double>(output.size())));
   const auto at_end = [&](double side) {
@@ -215,7 +245,7 @@ std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vect
         asked = std::max(0.0, asked + side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window));
         most = std::max(most, asked);
       }
-      return most > kAskedOverBand * band;
+      return most > kAskedOverBand * std::max(band, step);
     });
     if (is_stop) found.insert(found.end(), ends[i].begin(), ends[i].end());
   }
@@ -375,7 +405,7 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
             time_text(time(stops.front().first)), output[stops.front().first]),
         stops);
   }
-  const std::vector<Stretch> frozen = frozen_stretches(input, output);
+  const std::vector<Stretch> frozen = beyond_a_step(frozen_stretches(input, output), input, output);
   if (!frozen.empty()) {
     add(fmt::format("the output stays at {:.6g} to the last digit from {} to {} s{}, while the input moves: the "
                     "sensor, or what reads it, froze",

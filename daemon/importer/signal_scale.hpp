@@ -14,6 +14,7 @@ namespace eha::importer {
 struct Scale {
   double usual = 0.0;  ///< distance of a row from the middle of its neighbours, the median
   double range = 0.0;  ///< of the middle 98 %
+  double step = 0.0;   ///< of a coarse signal, as ident::value_step(); 0: not coarse, or not asked for
 };
 
 /// @param values  those that are not finite are passed over; both sizes are 0 for fewer than three others. Cost O(N).

@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/time_text.hpp"
 #include "daemon/importer/clock_text.hpp"
+#include "ident/record.hpp"
 
 namespace eha::importer {
 namespace {
@@ -24,6 +25,9 @@ namespace {
 constexpr int kMostDecimals = 15;
 /// Steps that differ by less than this share are equal: no clock or fit resolves it.
 constexpr double kSameStep = 1e-6;
+/// Steps from which on rows are missing, of an even clock and of one that scatters.
+constexpr double kGap = 1.5;
+constexpr double kGapOfScattering = 3.0;
 
 class Grid {
  public:
@@ -67,6 +71,49 @@ class Grid {
                                 table_.where(row), what, command("--resample"), other));
   }
 
+  /// The slope of the times of the rows [from, to).
+  [[nodiscard]] double fitted_period(std::size_t from, std::size_t to) const {
+    const auto rows = static_cast<Eigen::Index>(to - from);
+    const Eigen::ArrayXd time_s = Eigen::Map<const Eigen::ArrayXd>(time_s_.data() + from, rows) - time_s_[from];
+    const Eigen::ArrayXd place = Eigen::ArrayXd::LinSpaced(rows, -0.5, 0.5) * static_cast<double>(rows - 1);
+    return (place * time_s).sum() / place.square().sum();
+  }
+
+  /// The longest part of the rows between steps that leave rows out.
+  struct Part {
+    std::string options;  ///< "--from 31 --to 50"
+    std::size_t rows = 0;
+    double period_s = 0.0;  ///< of its rows
+  };
+
+  /// That part where gaps leave out more rows than a record may have in gaps, and the part has many of the rows.
+  /// @param gap  steps from which on rows are left out
+  [[nodiscard]] std::optional<Part> part_between_gaps(double gap) const {
+    constexpr double kMostInGaps = 0.01;  // of the rows
+    constexpr double kWorthIt = 0.4;      // of the rows
+    std::size_t begin = 0;
+    std::size_t from = 0;
+    std::size_t to = 0;  // behind the last
+    double missing = 0.0;
+    for (std::size_t k = 1; k <= time_s_.size(); ++k) {
+      const double steps = k < time_s_.size() ? (time_s_[k] - time_s_[k - 1]) / typical_step_s_ : 2.0 * gap;
+      if (steps < gap) continue;
+      if (k < time_s_.size() && std::round(steps) > static_cast<double>(ident::kRowsOfGap))
+        missing += std::round(steps) - 1.0;
+      if (k - begin > to - from) {
+        from = begin;
+        to = k;
+      }
+      begin = k;
+    }
+    const auto rows = static_cast<double>(time_s_.size());
+    if (missing <= kMostInGaps * rows || static_cast<double>(to - from) < kWorthIt * rows) return std::nullopt;
+    std::string options;
+    if (from > 0) options = "--from " + time_text(time_s_[from]);
+    if (to < time_s_.size()) options += (options.empty() ? "--to " : " --to ") + time_text(time_s_[to - 1]);
+    return Part{options, to - from, fitted_period(from, to)};
+  }
+
   /// A clock that is uneven from row to row: refused with what helps, which depends on what scatters.
   void refuse_jitter(std::size_t row, double allowed_s, const std::string& what) const {
     constexpr std::size_t kFewestRows = 40;
@@ -80,10 +127,19 @@ class Grid {
     const double uneven = ((steps_s - typical_step_s_).abs() > allowed_s).cast<double>().mean();
     if (uneven < kUnevenSteps) return;
     const Eigen::ArrayXd place = Eigen::ArrayXd::LinSpaced(rows, -0.5, 0.5) * static_cast<double>(rows - 1);
-    const double period_s = (place * time_s).sum() / place.square().sum();
+    const double period_s = fitted_period(0, time_s_.size());
     const Eigen::ArrayXd off_s = time_s - time_s.mean() - period_s * place;
     const bool is_within = off_s.abs().maxCoeff() <= kWithin * period_s && wander_s(off_s) <= kWanders * period_s;
     const std::string place_text = path_.string() + table_.where(row);
+    if (const auto part = is_within ? std::nullopt : part_between_gaps(kGapOfScattering)) {
+      throw DataError(
+          fmt::format("{}: {}: {:.0f} % of the steps differ so, and rows are missing; the longest part without, {} of "
+                      "{} rows, if the rows were sampled evenly, and only their time stamps came early or late: `{}`; "
+                      "if the times are those of the samples: `{}`",
+                      place_text, what, 100.0 * uneven, part->rows, time_s_.size(),
+                      command(fmt::format("--period {:.9g} {}", round_period(part->period_s), part->options)),
+                      command("--resample " + part->options)));
+    }
     if (!is_within) {
       throw DataError(fmt::format(
           "{}: {}: {:.0f} % of the steps differ so; if the times are those of the samples, this puts them on "
@@ -232,6 +288,13 @@ class Grid {
         const std::string what =
             fmt::format("a step of {:.9g} s in time_s, expected {:.9g} s", step_s, typical_step_s_);
         refuse_jitter(k, allowed_s, what);
+        if (const auto part = part_between_gaps(kGap)) {
+          throw DataError(
+              fmt::format("{}{}: {}{}; what the input did there is not known: the longest part without missing rows, "
+                          "{} of {} rows: `{}`; or all rows, with the missing ones as not measured: `{}`",
+                          path_.string(), table_.where(k), what, gap, part->rows, time_s_.size(),
+                          command(part->options), command("--resample")));
+        }
         fail(k, what + gap);
       }
     }

@@ -439,5 +439,27 @@ TEST(RestartedTime, IsRefusedWithACommandForEachPart) {
   EXPECT_EQ(second.record.output[0], r.output[1200]);
 }
 
+/// The rod seen by a sensor of coarse steps, with noise that crosses them.
+Rod coarse_rod(double step_mm) {
+  Rod r = rod();
+  std::mt19937 random(8);
+  std::normal_distribution<double> noise(0.0, 0.05 * step_mm);
+  for (double& y : r.output) y = std::round((y + noise(random)) / step_mm) * step_mm;
+  return r;
+}
+
+TEST(CoarseSensor, HasNoLoneRowsStopsOrFrozenPartsWhereTheRodMovesWithinAStep) {
+  for (const double step_mm : {0.5, 1.0, 2.0}) {
+    const Rod r = coarse_rod(step_mm);
+    EXPECT_TRUE(lone_rows(r.input, r.output).empty()) << step_mm;
+    const OutputFindings found = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+    EXPECT_EQ(found.frozen, "") << step_mm;
+    EXPECT_TRUE(found.cut.keeps_all()) << step_mm << (found.remarks.empty() ? "" : found.remarks.front());
+    Rod spiked = r;
+    spiked.output[700] += 20.0 * step_mm;
+    EXPECT_EQ(lone_rows(spiked.input, spiked.output), (std::vector<std::size_t>{700})) << step_mm;
+  }
+}
+
 }  // namespace
 }  // namespace eha::importer

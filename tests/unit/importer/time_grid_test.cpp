@@ -71,6 +71,16 @@ TEST(TimeGrid, NamesTheLineOfAGap) {
   EXPECT_EQ(fault_of(times).substr(0, 14), "u.csv:502: a s");
 }
 
+TEST(TimeGrid, OffersTheLongestPartBesideAGapBeforeFillingIt) {
+  auto times = printed(0.0, 0.01, 1000, "{:.2f}");
+  times.erase(times.begin() + 300, times.begin() + 360);
+  const std::string fault = fault_of(times);
+  const std::size_t cut = fault.find("--from 3.6`");
+  ASSERT_NE(cut, std::string::npos) << fault;
+  EXPECT_LT(cut, fault.find("--resample`")) << fault;
+  EXPECT_NE(fault.find("(60 rows missing)"), std::string::npos) << fault;
+}
+
 /// Times about an even grid: each row is early or late by up to a third of the step.
 std::vector<std::string> scattered(int rows) {
   std::vector<std::string> times;
@@ -95,6 +105,14 @@ TEST(TimeGrid, OffersNoPeriodWhereARowIsMissing) {
   const std::string fault = fault_of(times);
   EXPECT_EQ(fault.find("--period"), std::string::npos) << fault;
   EXPECT_NE(fault.find("--resample`"), std::string::npos) << fault;
+}
+
+TEST(TimeGrid, OffersThePeriodForThePartBesideAGapOfAScatteringClock) {
+  std::vector<std::string> times = scattered(1000);
+  times.erase(times.begin() + 700, times.begin() + 780);
+  const std::string fault = fault_of(times);
+  EXPECT_NE(fault.find("--period 0.02 --to 13.9"), std::string::npos) << fault;
+  EXPECT_LT(fault.find("--period"), fault.find("--resample")) << fault;
 }
 
 TEST(TimeGrid, NamesTheLineOfAJitteringRow) {
