@@ -136,23 +136,25 @@ std::string plots_of(const Panel& panel, const std::string& prefix, bool in_char
     const Series& series = panel.series[i];
     if (!is_drawn(series, in_characters)) continue;
     order.push_back(i);
-    if (in_characters || series.label.empty()) continue;
+    if (series.label.empty()) continue;
     const std::string with = drawn_with(series, in_characters);
     // An entry of the key alone knows no closed curve.
     const std::size_t closed = with.find("closed ");
     add("keyentry " + (closed == std::string::npos ? with : std::string(with).erase(closed, 7)) + " title " +
         quoted(series.label));
   }
-  if (!in_characters) {
+  if (in_characters) {
+    // A character hides the one beneath: what was measured, the first curve, stays visible.
+    std::reverse(order.begin(), order.end());
+  } else {
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
       return drawing_rank(panel.series[a]) < drawing_rank(panel.series[b]);
     });
   }
   for (const std::size_t i : order) {
     const Series& series = panel.series[i];
-    const bool is_listed = in_characters && !series.label.empty();
-    add(fmt::format("{}{} using {} {} {}", prefix, i, columns_of(series, in_characters),
-                    drawn_with(series, in_characters), is_listed ? "title " + quoted(series.label) : "notitle"));
+    add(fmt::format("{}{} using {} {} notitle", prefix, i, columns_of(series, in_characters),
+                    drawn_with(series, in_characters)));
   }
   return plots;
 }
@@ -280,6 +282,41 @@ bool has_own_y_label(const Panel& panel, bool in_characters) {
   return !in_characters && !panel.is_map && !panel.has_equal_scales && !panel.y_label.empty();
 }
 
+/// Numbers of a logarithmic axis: each decade, and 2 and 5 of each where less than three decades begin within.
+std::string log_ticks(const Range& range) {
+  if (!range || !(range->first > 0.0) || !(range->first < range->second)) return "autofreq";
+  const int first = static_cast<int>(std::floor(std::log10(range->first)));
+  const int last = static_cast<int>(std::ceil(std::log10(range->second)));
+  std::string ticks;
+  const auto add = [&](double mantissa) {
+    for (int decade = first; decade <= last; ++decade) {
+      const double at = mantissa * std::pow(10.0, decade);
+      if (at < range->first || at > range->second) continue;
+      ticks += fmt::format("{}'{:g}' {:.7g}", ticks.empty() ? "" : ", ", at, at);
+    }
+  };
+  add(1.0);
+  constexpr std::ptrdiff_t kEnough = 3;
+  if (std::count(ticks.begin(), ticks.end(), ',') + 1 < kEnough || ticks.empty()) {
+    add(2.0);
+    add(5.0);
+  }
+  return ticks.empty() ? "autofreq" : "(" + ticks + ")";
+}
+
+/// Of the values of a panel, where it has no range of its own.
+Range x_ends(const Panel& panel) {
+  Range ends = panel.x_range;
+  if (ends) return ends;
+  for (const Series& series : panel.series) {
+    for (const double x : series.x) {
+      if (!std::isfinite(x)) continue;
+      ends = ends ? std::pair(std::min(ends->first, x), std::max(ends->second, x)) : std::pair(x, x);
+    }
+  }
+  return ends;
+}
+
 void add_axes(std::string& script, const Panel& panel, const Range& x_range, bool in_characters) {
   fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n", quoted(panel.x_label),
                  panel.is_map ? 0.0 : 0.5, has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
@@ -299,7 +336,11 @@ void add_axes(std::string& script, const Panel& panel, const Range& x_range, boo
             (panel.has_equal_scales ? "set size ratio -1\n" : "set size noratio\n");
   if (panel.x_ticks.empty()) {
     const double step = panel.x_range || panel.log_x ? 0.0 : x_step(x_range);
-    script += "set xtics norotate offset 0,0.3 " + (step > 0.0 ? fmt::format("{:.7g}\n", step) : "autofreq\n");
+    script += "set xtics norotate offset 0,0.3 " +
+              (panel.log_x  ? log_ticks(x_ends(panel))
+               : step > 0.0 ? fmt::format("{:.7g}", step)
+                            : std::string("autofreq")) +
+              "\n";
     return;
   }
   const double angle_deg = tick_layout(panel).angle_deg;

@@ -170,6 +170,28 @@ TEST(Gnuplot, DrawsABroadCurveBeneathAThinOneInTheOrderOfTheKey) {
   EXPECT_LT(points.find("d1 using"), points.find("d0 using")) << "and on many measured points";
 }
 
+TEST(Gnuplot, DrawsTheFirstCurveLastInCharactersWhichHideOneAnother) {
+  Figure figure = ramp("a", "measured");
+  figure.panels[0].series.push_back(figure.panels[0].series[0]);
+  figure.panels[0].series[1].label = "model";
+  const std::string script = script_of(figure, Surface::characters);
+  EXPECT_LT(script.find("d1 using"), script.find("d0 using")) << script;
+  EXPECT_LT(script.find("title 'measured'"), script.find("title 'model'"));
+}
+
+TEST(Gnuplot, MarksTheDecadesOfALogarithmicAxisAndMoreWhereTheyAreFew) {
+  Figure figure = ramp("bode", "model");
+  figure.panels[0].log_x = true;
+  figure.panels[0].x_range = {{0.02, 30.0}};
+  EXPECT_NE(script_of(figure, Surface::page).find("set xtics norotate offset 0,0.3 ('0.1' 0.1, '1' 1, '10' 10)"),
+            std::string::npos)
+      << script_of(figure, Surface::page);
+  figure.panels[0].x_range = {{0.05, 0.65}};
+  EXPECT_NE(script_of(figure, Surface::page).find("('0.1' 0.1, '0.2' 0.2, '0.05' 0.05, '0.5' 0.5)"), std::string::npos)
+      << "one number is no scale\n"
+      << script_of(figure, Surface::page);
+}
+
 TEST(Gnuplot, DrawsNoRuleBeyondItsAxes) {
   Figure figure = ramp("a", "b");
   figure.panels[0].rules = {{.at = -90.0, .vertical = false}};
