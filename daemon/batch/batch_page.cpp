@@ -241,9 +241,7 @@ std::string lead_of(const Table& table, std::size_t failed) {
   sentences.push_back(fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
                                   table.rows.size() == 1 ? "record is" : "records are"));
   if (!table.common_model.empty() && is_compared) sentences.push_back(compared_by(table));
-  if (const std::string changes = resolution_text(table); !changes.empty()) {
-    sentences.push_back(fmt::format("The smallest change that these records can show: {}.", changes));
-  }
+  for (const Resolution& one : table.resolutions) sentences.push_back(spread_text(table, one) + ".");
   const char* kind =
       warnings.empty() && apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty()
           ? "all"

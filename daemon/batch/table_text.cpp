@@ -105,15 +105,10 @@ std::string why_none(const Row& row) {
   return reason != found->end() && reason->is_string() ? reason->get<std::string>() : std::string();
 }
 
-std::string resolution_text(const Table& table) {
-  std::string text;
-  for (const Resolution& one : table.resolutions) {
-    const std::string unit = ident::after_number(one.unit);
-    text += fmt::format("{}{} {:.2g}{} (furthest: {:.4g}{} in {}, median {:.4g}{})", text.empty() ? "" : "; ",
-                        one.parameter, one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id,
-                        one.median, unit);
-  }
-  return text;
+std::string spread_text(const Table& table, const Resolution& one) {
+  const std::string unit = ident::after_number(one.unit);
+  return fmt::format("{}: median {:.4g}{}, furthest from it {:.4g} ({}); {:.2g} or more from it lies apart",
+                     one.parameter, one.median, unit, one.furthest, table.rows[one.furthest_row].record.id, one.change);
 }
 
 std::string change_text(const Trend& trend) {

@@ -30,9 +30,8 @@ namespace eha::batch {
 /// Figures of the recommended model of a fit; empty without one. @param fit  models as `eha fit --json` gives them
 [[nodiscard]] RowFigures figures_of(const nlohmann::ordered_json& fit, const std::string& recommended);
 
-/// "dead_band 0.05 V (furthest: 0.209 V in 0005-e, median 0.15 V)", for each parameter, separated by "; ". Empty
-/// without any.
-[[nodiscard]] std::string resolution_text(const Table& table);
+/// "K: median 0.1305 in/(V s), furthest from it 0.1312 (run-3); 0.0021 or more from it lies apart".
+[[nodiscard]] std::string spread_text(const Table& table, const Resolution& one);
 
 /// "rises by 0.16 V", "falls by 0.16 V".
 [[nodiscard]] std::string change_text(const Trend& trend);

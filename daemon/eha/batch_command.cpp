@@ -42,7 +42,8 @@ there are processors. SOURCE is a run folder, a file with a record, a folder of 
 path a line. What follows -- are options of `eha fit`; --experiment makes one experiment's rules apply to all.
 -o DIR holds batch.json (rules and records), records/ID/ (result.json and the models of each), table.csv and table.json.
 After Ctrl-C or a kill the same command continues the batch. Outliers among the records are named ("apart"), and records
-whose model is rejected ("left out", with the reason); "shown" gives the smallest change of each parameter that the records can show.
+whose model is rejected ("left out", with the reason); "spread" gives median and furthest value of each parameter, and the
+distance from which on a record lies apart.
 --shard I/N fits every N-th record only, for N machines. Parts may share a folder; `eha batch merge` makes their table.
 Exit code 0: every record judged, accepted or not; 10: some cannot be read or fitted, the table's text says why.
 
@@ -186,10 +187,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none of those compared\n";
   text += apart;
   for (const batch::Resolution& one : table.resolutions) {
-    const std::string unit = ident::after_number(one.unit);
-    text +=
-        fmt::format("shown    a change of {} above {:.2g}{}; furthest {:.4g}{} in {}, median {:.4g}{}\n", one.parameter,
-                    one.change, unit, one.furthest, unit, table.rows[one.furthest_row].record.id, one.median, unit);
+    text += fmt::format("spread   {}\n", batch::spread_text(table, one));
   }
   if (std::any_of(table.resolutions.begin(), table.resolutions.end(),
                   [](const batch::Resolution& one) { return one.parameter == "dead_band"; })) {
