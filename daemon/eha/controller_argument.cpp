@@ -67,8 +67,10 @@ suggest::RigAccess for_a_page(suggest::RigAccess access) {
   for (std::string* name : {&access.rig_file, &access.output, &access.controller, &access.model}) {
     if (!name->empty()) *name = record::resolved_path(*name).string();
   }
-  access.new_rig_file = suggest::RigAccess{}.new_rig_file;
-  access.new_controller.clear();
+  // The page may be read when the usual names are taken: that of its controller is.
+  const std::string name = access.controller.empty() ? "new" : fs::path(access.controller).stem().string();
+  access.new_rig_file = fmt::format("rig-{}.toml", name);
+  access.new_controller = access.controller.empty() ? "" : fmt::format("{}-anew.toml", name);
   return access;
 }
 

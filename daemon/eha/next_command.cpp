@@ -121,6 +121,8 @@ std::string rig_name(const fs::path& file) {
 suggest::RigAccess access_of_run(const fs::path& folder, bool asked_service) {
   const nlohmann::ordered_json manifest = record::read_manifest(folder).other;
   suggest::RigAccess rig = suggest::access_of_run(manifest);
+  rig.new_rig_file = suggest::RigAccess{}.new_rig_file;
+  rig.new_controller.clear();
   const nlohmann::ordered_json::json_pointer backend("/device/backend");
   if (!manifest.contains("played_by") && !rig.is_local) {
     rig.is_local = !asked_service && manifest.contains(backend) && manifest.at(backend) == "sim";

@@ -75,6 +75,13 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
 
 RigAccess access_of_run(const ordered_json& manifest) {
   RigAccess rig;
+  // A page may be read when the usual names are taken, and no file is overwritten.
+  std::string began = text_at(manifest, "/utc_start");
+  std::erase_if(began, [](char c) { return c == '-' || c == ':'; });
+  if (!began.empty()) {
+    rig.new_rig_file = fmt::format("rig-{}.toml", began);
+    rig.new_controller = fmt::format("controller-{}.toml", began);
+  }
   rig.is_fast = text_at(manifest, "/time_base") == "virtual";
   const std::string player = text_at(manifest, "/played_by");
   rig.is_local = player.empty() ? rig.is_fast : player == "eha";

@@ -26,8 +26,8 @@ struct RigAccess {
   std::string new_controller = {};            ///< file that `eha tune` writes; empty: its default one
 };
 
-/// How the run of a run.json was played, with the names in it, which are absolute. Without `played_by`, in runs of
-/// earlier versions, one in virtual time counts as local.
+/// How the run of a run.json was played, with the names in it, which are absolute. New files are named after the time
+/// of the run. Without `played_by`, in runs of earlier versions, one in virtual time counts as local.
 [[nodiscard]] RigAccess access_of_run(const nlohmann::ordered_json& manifest);
 
 /// `eha run EXPERIMENT...`.

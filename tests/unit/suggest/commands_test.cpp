@@ -64,5 +64,11 @@ TEST(Suggestions, KnowFromARunHowItWasPlayed) {
   EXPECT_EQ(run(access_of_run(manifest), {"a.toml"}), "eha run a.toml --local --rig /rigs/a.toml");
 }
 
+TEST(Suggestions, NameNewFilesOnAPageAfterItsRunAsTheUsualOnesMayBeThere) {
+  const nlohmann::ordered_json manifest{{"utc_start", "2026-11-27T17:12:22Z"}};
+  EXPECT_EQ(characterise(access_of_run(manifest)), "eha characterise -o rig-20261127T171222Z.toml");
+  EXPECT_EQ(tune(access_of_run(manifest), "runs/a"), "eha tune runs/a -o controller-20261127T171222Z.toml");
+}
+
 }  // namespace
 }  // namespace eha::suggest
