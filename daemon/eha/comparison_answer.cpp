@@ -214,7 +214,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   out.findings.is_alike = std::all_of(out.subjects.begin() + 1, out.subjects.end(), report::is_alike);
   out.text = out.findings.heading + "\n" + out.text + found;
   out.findings.sentences.push_back(
-      fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * identify::kFalseAlarm));
+      fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * ident::kFalseAlarm));
   for (const std::string& note : comparison.notes) out.findings.sentences.push_back(note);
   const bool has_table =
       std::any_of(out.subjects.begin() + 1, out.subjects.end(), [](const auto& s) { return !s.unfit; });
@@ -227,7 +227,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
         "it holds up to a factor of {:g} over the model fitted here\n"
         "{}: {}, alike for all records{}\n"
         "{}K/a0: gain at rest; T: time constant; K, b: gain; a: poles, in the denominator (eha(1))\n",
-        100.0 * identify::kFalseAlarm, identify::kOtherLeftOver, ident::kGreatestErrorOverRefit, comparison.structure,
+        100.0 * ident::kFalseAlarm, identify::kOtherLeftOver, ident::kGreatestErrorOverRefit, comparison.structure,
         comparison.structure == "io1" ? "one pole, no zero and a dead time (delay_s)"
         : comparison.has_dead_time    ? "two poles, no zero and a dead time (delay_s)"
                                       : "two poles and no zero (gain K)",
@@ -237,7 +237,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   }
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
-                  {"false_alarm", identify::kFalseAlarm},
+                  {"false_alarm", ident::kFalseAlarm},
                   {"runs", std::move(runs)},
                   {"notes", comparison.notes}};
   return out;
@@ -340,7 +340,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
 Compared described(const std::vector<ident::Model>& models, const std::vector<std::string>& files) {
   Compared out;
   Json entries = Json::array();
-  const double level = identify::kFalseAlarm / static_cast<double>(models.size() - 1);
+  const double level = ident::kFalseAlarm / static_cast<double>(models.size() - 1);
   const std::vector<std::string> titles = report::titles_of(files);
   out.models.emplace_back(titles.front(), &models.front());
   out.subjects.push_back({.label = titles.front(), .model = models.front()});

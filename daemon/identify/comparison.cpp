@@ -439,7 +439,7 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   } else if (!without_map.empty() && !(comparison.has_dead_time && are_plain)) {
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
-  const double level = kFalseAlarm / static_cast<double>(sources.size() - 1);
+  const double level = ident::kFalseAlarm / static_cast<double>(sources.size() - 1);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
     comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
@@ -489,7 +489,7 @@ std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, c
 
 std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
                                       const std::vector<const Source*>& sources, const Progress& progress) {
-  const double level = kFalseAlarm / static_cast<double>(models.size());
+  const double level = ident::kFalseAlarm / static_cast<double>(models.size());
   std::vector<ScoredModel> all;
   for (const ident::Model& model : models) {
     const Source& source = *sources[all.size()];
@@ -501,7 +501,7 @@ std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
 
 ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
                         const Progress& progress) {
-  return scored(model, source, whole(options), kFalseAlarm, part_of(progress, 0, 1, source.name));
+  return scored(model, source, whole(options), ident::kFalseAlarm, part_of(progress, 0, 1, source.name));
 }
 
 }  // namespace eha::identify

@@ -12,9 +12,6 @@
 
 namespace eha::identify {
 
-/// Probability of a reported change although nothing changed, for all parameters, runs and models together.
-inline constexpr double kFalseAlarm = 0.01;
-
 /// What the models leave over of two records: noise, friction and whatever else they do not describe.
 struct LeftOver {
   double before = 0.0;  ///< rms error [output unit]

@@ -4,10 +4,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "daemon/report/html.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/statistics/distributions.hpp"
+#include "ident/validation/parameter_change.hpp"
 
 namespace eha::sheet {
 namespace {
@@ -42,27 +46,41 @@ std::vector<ComparedQuantity> quantities_of(const ident::ValveSheet& a, const id
   return all;
 }
 
+void set_joint_intervals(std::vector<std::vector<ComparedQuantity>>& sheets) {
+  std::size_t all = 0;
+  for (const auto& quantities : sheets) all += quantities.size();
+  const double standard_errors =
+      ident::normal_exceeded(ident::kFalseAlarm / (2.0 * static_cast<double>(std::max<std::size_t>(1, all))));
+  for (auto& quantities : sheets) {
+    for (ComparedQuantity& one : quantities) {
+      one.joint = standard_errors / ident::kInterval95 * std::hypot(one.before.half_width, one.after.half_width);
+    }
+  }
+}
+
 }  // namespace
 
-double ComparedQuantity::joint() const { return std::hypot(before.half_width, after.half_width); }
-
-bool ComparedQuantity::changed() const { return std::abs(after.value - before.value) > joint(); }
+bool ComparedQuantity::changed() const { return std::abs(after.value - before.value) > joint; }
 
 ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit) {
   ComparedSheets compared;
   compared.rig = sheets.back().access;
-  std::vector<std::string> changed;
   for (const RunSheet& run : sheets) {
     const bool is_first = &run == &sheets.front();
     compared.names.push_back(fmt::format("{} on {}", run.folder.string(), run.rig.name));
     compared.sentences.push_back(fmt::format("{}: {}.", is_first ? "Before" : "After", compared.names.back()));
     if (is_first) continue;
     compared.quantities.push_back(quantities_of(sheets.front().sheet, run.sheet, unit));
-    for (const ComparedQuantity& one : compared.quantities.back()) {
-      if (one.changed()) changed.push_back(one.name);
-    }
     if (run.rig.name != sheets.front().rig.name) {
       compared.sentences.push_back("The sheets are of two rigs: a difference is no change of either.");
+    }
+  }
+  set_joint_intervals(compared.quantities);
+  std::vector<std::string> changed;
+  for (const auto& quantities : compared.quantities) {
+    for (const ComparedQuantity& one : quantities) {
+      const bool is_named = std::find(changed.begin(), changed.end(), one.name) != changed.end();
+      if (one.changed() && !is_named) changed.push_back(one.name);
     }
   }
   compared.heading = changed.empty() ? "No change of the valve is shown"
@@ -74,6 +92,8 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
         "A null moves with the oil's temperature, a gain with the square root of what drops over the valve: look at "
         "both before you blame the valve. `eha characterise` measures it again.");
   }
+  compared.sentences.push_back(
+      fmt::format("At most {:g} % false alarms for all quantities and sheets together.", 100.0 * ident::kFalseAlarm));
   return compared;
 }
 
@@ -82,8 +102,8 @@ std::vector<std::vector<std::string>> rows_of(const std::vector<ComparedQuantity
   for (const ComparedQuantity& one : quantities) {
     rows.push_back({one.name, ident::with_half_width(one.before.value, one.before.half_width, "+-"),
                     ident::with_half_width(one.after.value, one.after.half_width, "+-"),
-                    ident::rounded_to(one.after.value - one.before.value, one.joint()),
-                    fmt::format("{:.2g}", one.joint()), one.unit, one.changed() ? "yes" : "not shown"});
+                    ident::rounded_to(one.after.value - one.before.value, one.joint), fmt::format("{:.2g}", one.joint),
+                    one.unit, one.changed() ? "yes" : "not shown"});
   }
   return rows;
 }
@@ -97,12 +117,15 @@ nlohmann::ordered_json to_json(const ComparedSheets& compared) {
                             {"unit", one.unit},
                             {"before", one.before.value},
                             {"after", one.after.value},
-                            {"half_width95", one.joint()},
+                            {"joint_half_width", one.joint},
                             {"changed", one.changed()}});
     }
     sheets.push_back({{"source", compared.names[i + 1]}, {"quantities", std::move(quantities)}});
   }
-  return {{"schema", "eha-sheet-comparison/1"}, {"first", compared.names.front()}, {"sheets", std::move(sheets)}};
+  return {{"schema", "eha-sheet-comparison/1"},
+          {"first", compared.names.front()},
+          {"false_alarm", ident::kFalseAlarm},
+          {"sheets", std::move(sheets)}};
 }
 
 report::Page page_of(const ComparedSheets& compared) {

@@ -18,7 +18,7 @@ struct ComparedQuantity {
   std::string unit;
   ident::Measured before;
   ident::Measured after;
-  [[nodiscard]] double joint() const;  ///< half width of the difference's own 95 % interval, in squares
+  double joint = 0.0;                  ///< half width of the difference's interval, joint with those of all others
   [[nodiscard]] bool changed() const;  ///< the difference is beyond it
 };
 
@@ -31,7 +31,8 @@ struct ComparedSheets {
   suggest::RigAccess rig = {};                                 ///< that of the last one, for a page
 };
 
-/// Compares sheets with the first. Each quantity is held against its own interval, not all of them against one.
+/// Compares sheets with the first. The intervals are joint: the probability that any quantity of any sheet is said to
+/// have changed although none did is at most ident::kFalseAlarm (Bonferroni), as their errors depend on each other.
 /// @param sheets  at least two
 /// @param unit    of lengths in the result
 [[nodiscard]] ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit);

@@ -8,6 +8,10 @@
 
 namespace eha::ident {
 
+/// Probability of a reported change although nothing changed, for all that a comparison holds against each other
+/// together: parameters or quantities, of all runs, sheets and models.
+inline constexpr double kFalseAlarm = 0.01;
+
 /// What a compared number is: a parameter as the model has it, or what an engineer makes of it for a plant that comes
 /// to rest.
 enum class Figure {
