@@ -139,6 +139,17 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     return error.exit_code();
   }
   const DisplayUnit unit = console.unit(run.rig.units);
+  if (rig_file) {
+    require_new(rig_file->path);
+    os::write_file_atomically(rig_file->path,
+                              rig_text_with(rig_to_complete(run, *rig_file, console), sheet::following_of(run)));
+    const std::string check = "eha check " + shell_word(rig_file->path.string());
+    run.written = {rig_file->path.string(),
+                   rig_file->replaces.empty()
+                       ? check
+                       : fmt::format("{} && {}", check,
+                                     put_in_force(rig_file->path, rig_file->replaces, control::default_socket()))};
+  }
   if (wanted == SheetFiles::write) {
     for (const std::string& sentence : sheet::write_sheet(run, unit)) console.warning(sentence);
   }
@@ -149,12 +160,7 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
   }
   nlohmann::ordered_json document = sheet::to_json(run);
   document["files"] = files;
-  if (rig_file) {
-    require_new(rig_file->path);
-    os::write_file_atomically(rig_file->path,
-                              rig_text_with(rig_to_complete(run, *rig_file, console), sheet::following_of(run)));
-    document["rig_file"] = rig_file->path.string();
-  }
+  if (run.written) document["rig_file"] = run.written->file;
   document["exit_code"] = 0;
   console.print_json(document);
   console.print(sheet::sheet_text(run, unit));
@@ -162,32 +168,22 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     console.print("For the rig file (if ehad runs: eha disarm, then eha reload):\n\n" + sheet::rig_lines(run));
   }
   console.print("\nFor experiment files:\n\n" + sheet::experiment_lines(run));
-  if (const std::string warning = sheet::warning_of(run, console.unit(run.rig.units)); !warning.empty())
-    console.warning(warning);
+  if (const std::string warning = sheet::warning_of(run, unit); !warning.empty()) console.warning(warning);
   for (const std::string& file : files) {
     console.info(fmt::format("the {} is in {}", file.ends_with(".html") ? "report" : "sheet", file));
   }
+  if (run.written) console.info(fmt::format("written: {}, the rig file with these numbers", run.written->file));
+  const std::string show = report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string()));
   if (ident::leak_of(run.sheet)) {  // to be repaired before these numbers are used
-    if (rig_file) console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
-    console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
-    return ExitCode::ok;
-  }
-  if (!rig_file && sheet::is_in_rig_file(run)) {
-    console.info(
-        fmt::format("the rig file had these values already when this was measured; if they are no longer in it: `{}`",
-                    suggest::sheet_into_rig_file(console.rig(), run.folder.string())));
-    console.next_step(report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string())));
-    return ExitCode::ok;
-  }
-  if (!rig_file) {
+    console.next_step(show);
+  } else if (run.written) {
+    console.next_step(run.written->command);
+  } else if (sheet::is_in_rig_file(run)) {
+    console.info(sheet::next_of(run, console.rig()));
+    console.next_step(show);
+  } else {
     console.next_step(suggest::sheet_into_rig_file(console.rig(), run.folder.string()));
-    return ExitCode::ok;
   }
-  console.info(fmt::format("written: {}, the rig file with these numbers", rig_file->path.string()));
-  const bool replaces = !rig_file->replaces.empty();
-  console.next_step(
-      "eha check " + shell_word(rig_file->path.string()) +
-      (replaces ? " && " + put_in_force(rig_file->path, rig_file->replaces, control::default_socket()) : ""));
   return ExitCode::ok;
 }
 

@@ -18,6 +18,12 @@ namespace eha::sheet {
 
 using record::kSheetFile;
 
+/// A rig file that was written with the numbers of a sheet.
+struct WrittenRig {
+  std::string file;
+  std::string command;  ///< that checks it, and puts it in force where a service uses another one
+};
+
 /// A valve sheet and the run that it is from.
 struct RunSheet {
   std::filesystem::path folder;
@@ -25,7 +31,8 @@ struct RunSheet {
   config::RigConfig rig;   ///< as used
   std::string utc_start;
   ident::ValveSheet sheet;
-  suggest::RigAccess access = {};  ///< how the run reached its rig
+  suggest::RigAccess access = {};          ///< how the run reached its rig
+  std::optional<WrittenRig> written = {};  ///< none: `eha characterise` had no -o
 };
 
 /// Too many rows of a run were not measured: playing it again alone does not mend that.
@@ -55,6 +62,10 @@ struct SheetRow {
 
 /// What stands against using the sheet as it is, with what to do, as a sentence; empty: nothing.
 [[nodiscard]] std::string warning_of(const RunSheet& run, const DisplayUnit& unit);
+
+/// What to do with the sheet, as a sentence with its command in backticks: of a rig that leaks the repair, else what
+/// brings the numbers into force. @param rig  of the commands
+[[nodiscard]] std::string next_of(const RunSheet& run, const suggest::RigAccess& rig);
 
 /// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
 [[nodiscard]] bool is_in_rig_file(const RunSheet& run);

@@ -67,8 +67,9 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   }
   item.remark.to_do = sheet.has_hysteresis
                           ? "Rising and falling command differ: clean or dither the valve if a controller needs less."
-                      : is_in_rig_file(run) ? "Nothing: the rig file of the run has these values."
-                                            : "Put the lines below into the rig file.";
+                      : run.written || is_in_rig_file(run)
+                          ? "Nothing of the valve. Dry friction does not show here: the fit of a run names it."
+                          : "Put the lines below into the rig file.";
   return item;
 }
 
@@ -135,12 +136,6 @@ report::Item response_table(const ident::ValveSheet& sheet) {
                                 rows)};
 }
 
-/// The run's folder, absolute: a page may be read from anywhere.
-std::string folder_of(const RunSheet& run) {
-  std::error_code ignored;
-  return std::filesystem::absolute(run.folder, ignored).lexically_normal().string();
-}
-
 /// The quantities as a table, in a box.
 std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
@@ -149,18 +144,12 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
     for (std::size_t at = value.find("+-"); at != std::string::npos; at = value.find("+-")) value.replace(at, 2, "±");
     rows.push_back({row.name, std::move(value)});
   }
-  const std::string next =
-      ident::leak_of(run.sheet) ? fmt::format("Next: {}.", ident::kRepairFirst)
-      : !is_in_rig_file(run)
-          ? fmt::format("Next: `{}` writes them into a rig file; the lines are below, under For the files.",
-                        on_one_line(suggest::sheet_into_rig_file(run.access, folder_of(run))))
-          : std::string("The rig file of the run has these values: nothing to do.");
   const std::string warning = warning_of(run, unit);
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", warning.empty() ? "some" : "none",
                      ident::leak_of(run.sheet) ? "The rig leaks" : "What was measured") +
          (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
-         report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) + report::paragraph(next) +
-         "</section>\n";
+         report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) +
+         report::paragraph(next_of(run, run.access)) + "</section>\n";
 }
 
 std::string preformatted(const std::string& text) { return "<pre>" + report::escaped(text) + "</pre>\n"; }

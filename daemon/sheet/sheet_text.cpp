@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include "core/shell_word.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 
 namespace eha::sheet {
@@ -84,6 +87,27 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   std::string text = fmt::format("valve sheet of \"{}\"; +- is half a 95 % interval\n", run.rig.name);
   for (const SheetRow& row : sheet_rows(run, unit)) text += fmt::format("  {:<26} {}\n", row.name, row.value);
   return text;
+}
+
+std::string next_of(const RunSheet& run, const suggest::RigAccess& rig) {
+  if (ident::leak_of(run.sheet)) {
+    return fmt::format("{}Next: {}.",
+                       run.written ? fmt::format("{} is the rig file with these numbers. ", run.written->file) : "",
+                       ident::kRepairFirst);
+  }
+  if (run.written) {
+    return fmt::format("Next: `{}` checks {}, the rig file with these numbers.", on_one_line(run.written->command),
+                       run.written->file);
+  }
+  // A page may be read from anywhere.
+  std::error_code ignored;
+  const std::string folder = std::filesystem::absolute(run.folder, ignored).lexically_normal().string();
+  const std::string writes = on_one_line(suggest::sheet_into_rig_file(rig, folder));
+  return is_in_rig_file(run) ? fmt::format(
+                                   "The rig file had these values already when this was measured; if they are no "
+                                   "longer in it: `{}`.",
+                                   writes)
+                             : fmt::format("Next: `{}` writes them into a rig file.", writes);
 }
 
 std::string warning_of(const RunSheet& run, const DisplayUnit& unit) {

@@ -118,7 +118,7 @@ TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   run.rig.limits.following = following_of(run);
   EXPECT_TRUE(is_in_rig_file(run));
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
-  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("nothing to do"), std::string::npos);
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("The rig file had these values already"), std::string::npos);
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find("0 dB and 0 deg"), std::string::npos)
       << "the phase is not relative";
   run.sheet.null_V.value += 0.01;
@@ -128,6 +128,20 @@ TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
 TEST(RigLines, AreReadBackAsTheSheet) {
   const RunSheet run = example();
   const std::string text = run.rig.text;
+TEST(ValveSheetPage, NamesTheRigFileThatWasWrittenAndTheCommandAsTheTerminalDoes) {
+  RunSheet run = example();
+  run.rig.limits.following = following_of(run);
+  run.written = WrittenRig{"rig-new.toml", "eha check rig-new.toml"};
+  std::vector<std::string> missing;
+  const std::string html = sheet_page(run, DisplayUnit(), missing);
+  EXPECT_NE(
+      html.find("Next: <code>eha check rig-new.toml</code> checks rig-new.toml, the rig file with these numbers."),
+      std::string::npos)
+      << html.substr(0, 8000);
+  EXPECT_EQ(html.find("nothing to do"), std::string::npos);
+  EXPECT_EQ(html.find("had these values already"), std::string::npos);
+}
+
   const std::size_t first = text.find("[following]");
   const std::size_t end = text.find("# How ticks are kept.");
   const config::RigConfig changed =
