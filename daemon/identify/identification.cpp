@@ -410,6 +410,12 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.remarks.push_back(piece->sentence);
     named.piece = piece->piece;
   }
+  constexpr double kPartThatSays = 0.25;  // of what a run was to record, whose excitation is made for the whole
+  const auto whole_s = planned_s(source);
+  const double recorded_s = static_cast<double>(source.record.output.size()) * source.record.step_s;
+  if (whole_s && recorded_s < kPartThatSays * *whole_s) {
+    named.piece = ident::RecordFacts::Piece{recorded_s, kPartThatSays * *whole_s, true};
+  }
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
   if (frequency_response) {

@@ -10,10 +10,12 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/importer/lone_rows.hpp"
 #include "daemon/importer/output_findings.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 
 namespace eha::identify {
@@ -93,6 +95,15 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                       "correct the header",
                       channel.unit, channel.name, meant));
     }
+    const std::filesystem::path folder = std::filesystem::absolute(name, ignored).parent_path();
+    if (std::filesystem::path(name).filename().string().starts_with("data_") && record::is_run_folder(folder)) {
+      source.remarks.push_back(fmt::format(
+          "this is the thinned copy of a run's record, whose input between its rows is not held; the run has "
+          "every row: `eha fit {}`",
+          shell_word(std::filesystem::path(name).parent_path().empty()
+                         ? folder.string()
+                         : std::filesystem::path(name).parent_path().string())));
+    }
     source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
     source.frozen = std::move(imported.frozen);
@@ -152,11 +163,21 @@ void take_input_as_straight(Source& source) {
   source.intersample = ident::Intersample::straight;
 }
 
+std::optional<double> planned_s(const Source& source) {
+  if (acquisition::is_whole(source.outcome) || !source.run_folder || !source.experiment) return std::nullopt;
+  return source.experiment->duration_s * source.experiment->repetitions;
+}
+
 std::vector<std::string> warnings(const Source& source) {
   std::vector<std::string> sentences;
   if (!acquisition::is_whole(source.outcome)) {
-    sentences.push_back(fmt::format("{} did not complete ({}); the fit uses the partial record", source.name,
-                                    acquisition::to_text(source.outcome)));
+    const auto whole_s = planned_s(source);
+    sentences.push_back(fmt::format(
+        "{} did not complete ({}); the fit uses the partial record{}", source.name,
+        acquisition::to_text(source.outcome),
+        whole_s ? fmt::format(", {:.3g} s of {:.3g} s",
+                              static_cast<double>(source.record.output.size()) * source.record.step_s, *whole_s)
+                : ""));
   }
   const ident::Unmeasured& unmeasured = source.unmeasured;
   if (unmeasured.rows > 0 && !source.run_folder) {

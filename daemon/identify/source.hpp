@@ -52,6 +52,9 @@ struct Source {
 /// @throws DataError   fewer than four rows
 void take_input_as_straight(Source& source);
 
+/// Length of what a run that ended early was to record [s]; none for a completed run, and for a file.
+[[nodiscard]] std::optional<double> planned_s(const Source& source);
+
 /// Returns reasons why models of this source are less reliable: an incomplete run, rows that were not measured. One
 /// sentence each.
 [[nodiscard]] std::vector<std::string> warnings(const Source& source);

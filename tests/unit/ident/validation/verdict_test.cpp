@@ -321,6 +321,13 @@ TEST(Verdict, RejectsAPieceOfAMotionWhoseErrorNothingJudges) {
             "well, with another gain.");
 }
 
+TEST(Verdict, RejectsAModelOfASmallPartOfARunThatEndedEarlyWhateverItsTestsSay) {
+  const RecordFacts part{.piece = RecordFacts::Piece{3.0, 12.7, true}};
+  const Verdict verdict = judge(good_model(), {}, part);
+  EXPECT_EQ(verdict.grade, Grade::rejected);
+  EXPECT_TRUE(verdict.reasons.front().starts_with("Too short to judge: 3 s, record at least 12.7 s"));
+}
+
 TEST(Verdict, NamesTheEffectThatTheModelsOwnRecordShowsBesideThatOfAnotherOne) {
   Model model = good_model();
   NonlinearityTest test{.test = {.statistic = 60.0, .degrees = 9, .p = 1e-6}};
