@@ -120,7 +120,7 @@ std::string reasons_of(const Model& model, Reasons shown) {
   for (std::size_t i = 0; i < count; ++i)
     text += line(i == 0 ? "because" : "", i == 0 || is_all ? reasons[i] : ident::statement_of(reasons[i]) + ".");
   if (reasons.size() > count) text += line("", fmt::format("and {} more; -v gives all", reasons.size() - count));
-  if (model.verdict) {
+  if (model.verdict && (is_all || reasons.size() < kMostReasons)) {
     if (const std::string sight = ident::sight_of(model, *model.verdict); !sight.empty())
       text += line(reasons.empty() ? "because" : "", sight);
   }
