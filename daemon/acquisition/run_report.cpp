@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace eha::acquisition {
 namespace {
@@ -18,6 +19,8 @@ std::string told_apart(double value, double other) {
   while (digits < kMost && fmt::format("{:.{}f}", value, digits) == fmt::format("{:.{}f}", other, digits)) ++digits;
   return fmt::format("{:.{}f}", value, digits);
 }
+
+constexpr double kNoRod = 3.0;  // times the velocity limit: a reading that jumps
 
 /// Motion below it is of a sensor's noise and resolution.
 constexpr double kNoMotion_in = 0.0005;
@@ -70,6 +73,13 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
                                "inward, and asks first; else correct calibration or limits in the rig file"
                              : "lower the excitation or start further from the end");
     case Fault::velocity_limit:
+      if (std::abs(value) > kNoRod * std::abs(limit)) {
+        return fmt::format(
+            "the sensor shows {0:.2f} {2}/s, as no rod moves whose limit is {1:.2f} {2}/s: its reading jumps; look at "
+            "its supply, cable, shield and earth (`eha read` shows its noise), or put a low-pass filter of some 100 Hz "
+            "before the card's input",
+            shown_value, shown_limit, length);
+      }
       return fmt::format(
           "the rod moved at {0:.2f} {2}/s, the limit is {1:.2f} {2}/s; lower the excitation, or "
           "check the sensor if the rod did not",
@@ -155,13 +165,14 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
           shown_value, value < limit ? "at least" : "at most", shown_limit, length);
     case Fault::following_error:
       return fmt::format(
-          "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; valve, load or sensor "
-          "have changed: measure the valve again with `eha characterise`, then `eha tune`",
+          "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; likely, in this "
+          "order: the valve has changed (`eha characterise`, then `eha tune`), the load, the sensor",
           shown_value, shown_limit, length);
     case Fault::oscillation:
       return fmt::format(
-          "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; valve or load have "
-          "changed: measure the valve again with `eha characterise`, then `eha tune`",
+          "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; likely, in this "
+          "order: "
+          "the valve has changed (`eha characterise`, then `eha tune`), the load",
           value, limit);
     case Fault::loop_stalled:
       return fmt::format(
@@ -242,12 +253,10 @@ std::string describe(const RunReport& report, const DisplayUnit& unit) {
     text = "the record could not be kept; the command was ramped out";
   }
   if (report.counters.dropped > 0) {
-    text += fmt::format("{}{} records were lost because the writer was too slow", text.empty() ? "" : "; ",
-                        report.counters.dropped);
+    text += fmt::format("{}{}{}", text.empty() ? "" : "; ", report.counters.dropped, kRecordsLost);
   }
   if (!report.safe_confirmed) {
-    text +=
-        fmt::format("{}THE OUTPUT IS NOT CONFIRMED SAFE: switch the hydraulics off by hand", text.empty() ? "" : "; ");
+    text += fmt::format("{}{}", text.empty() ? "" : "; ", kOutputNotSafe);
   }
   return text;
 }

@@ -99,6 +99,11 @@ struct RunReport {
 /// Returns the exit code of a program that runs one experiment, before any model is judged.
 [[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
 
+// What a description may end with, behind "; ", whatever the fault.
+inline constexpr std::string_view kRecordsLost = " records were lost because the writer was too slow";
+inline constexpr std::string_view kOutputNotSafe =
+    "THE OUTPUT IS NOT CONFIRMED SAFE: switch the hydraulics off by hand";
+
 /// Describes the end of a run in one or more sentences: what, when, value, limit, next step. Empty if it completed.
 /// @param unit  of lengths; by default in, as the rig's limits
 [[nodiscard]] std::string describe(const RunReport& report, const DisplayUnit& unit = {});

@@ -160,6 +160,9 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   }
   if (!leak.empty()) out.findings.sentences.push_back(leak);
   std::string found = leak.empty() ? "" : "\n" + leak + "\n";
+  const auto is_tight = [&](const identify::Source& source) {
+    return source.run_folder && record::sheet_says_beside(*source.run_folder) == ident::SheetSays::is_tight;
+  };
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const identify::ComparedRun& run = comparison.runs[i];
     const ident::PlantChange& change = *run.change;
@@ -174,6 +177,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                                         change.changed ? "the parameters" : "the error of a model");
     }
     subject.judges_left_over = !run.has_other_input;
+    subject.is_tight = is_tight(sources.front()) && is_tight(sources[i]);
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
     found += fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject));
@@ -192,17 +196,25 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
     if (run.bent_map && leak.empty()) {
+      const bool is_leak = !is_tight(sources[run.bent_map->is_first ? 0 : i]);
       const std::string bent = fmt::format(
-          "on {} the rod moves within the dead band, as where oil leaks past the piston: null and dead band of that "
-          "fit may be up to {:.2g} {} off the valve's, so that a leak alone explains their change and the valve may be "
-          "the same; `eha characterise` of the rig shows the drift inside the dead band, and the valve's own null",
-          titles[run.bent_map->is_first ? 0 : i], run.bent_map->shift, model.input_unit);
+          "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
+          "valve's, so that {} alone explains their change and the valve may be the same; {}",
+          titles[run.bent_map->is_first ? 0 : i],
+          is_leak ? "as where oil leaks past the piston" : "and by the valve sheet nothing leaks", run.bent_map->shift,
+          model.input_unit, is_leak ? "a leak" : "dry friction",
+          is_leak ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
+                  : "two valve sheets (`eha characterise`) compare the valve alone");
       found += "  " + bent + "\n";
       out.findings.sentences.push_back(capitalised(bent) + ".");
     }
     if (subject.left_over.changed && subject.judges_left_over) {
       found += "  " + left_over + "\n";
       out.findings.sentences.push_back(titles[i] + ": " + left_over);
+    }
+    if (const std::string cause = report::cause_sentence(subject); !cause.empty()) {
+      found += "  " + cause + "\n";
+      out.findings.sentences.push_back(titles[i] + ": " + cause);
     }
     found += "  " + holds + "\n  " + report::tested_sentence(change) + "\n" + table_of(first, subject);
     out.findings.sentences.push_back(holds);

@@ -354,7 +354,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const bool leaks = source.run_folder && warn_of_leak(*source.run_folder, console, source.units);
   for (const identify::IdentifiedModel& model : identification.models) {
     const bool is_recommended = model.result.model.name == identification.recommendation.model;
-    if (is_recommended && !leaks) say_map_note(model.result.model, console);
+    if (is_recommended && !leaks) say_map_note(model.result.model, source.run_folder.value_or(""), console);
   }
   std::vector<fs::path> written = write(identification, command, source);
   if (source.run_folder && !command.output && !console.quiet()) {

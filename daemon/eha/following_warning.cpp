@@ -76,8 +76,9 @@ FoundValve valve_of_model(const ident::Model& model, const std::string& name, co
           .note = ident::map_note(model)};
 }
 
-void say_map_note(const ident::Model& model, const Console& console) {
-  if (const std::string note = ident::map_note(model); !note.empty()) {
+void say_map_note(const ident::Model& model, const fs::path& run, const Console& console) {
+  const auto sheet = run.empty() ? ident::SheetSays::nothing : record::sheet_says_beside(run);
+  if (const std::string note = ident::map_note(model, sheet); !note.empty()) {
     console.warning(fmt::format("of {}: {}", model.name, note));
   }
 }
@@ -129,7 +130,7 @@ ValveNow warn_of_changed_valve(const fs::path& run, const Console& console) {
   if (!file) return ValveNow::as_known;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
   if (warn_of_leak(run, console, record::rig_units(record::read_manifest(run).other))) return ValveNow::leaks;
-  say_map_note(model, console);
+  say_map_note(model, run, console);
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
   if (!rig) return ValveNow::as_known;
   const auto sheet_run = record::newest_sheet_run(run);

@@ -44,7 +44,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
 bool warn_of_leak(const std::filesystem::path& run, const Console& console, const std::string& units);
 
 /// Says what the error of the map of a model means, with the model's name; nothing where the map fits.
-void say_map_note(const ident::Model& model, const Console& console);
+/// @param run  of its record; empty: it is of none
+void say_map_note(const ident::Model& model, const std::filesystem::path& run, const Console& console);
 
 /// The same for a run's rig file and the newest valve sheet beside the run.
 /// @returns the command that writes the rig file with the sheet's numbers, where it warned

@@ -11,8 +11,10 @@
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/rod_text.hpp"
+#include "daemon/identify/trip_cause.hpp"
 #include "daemon/place/place_controller.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/estimation/fit_rows.hpp"
 
@@ -226,16 +228,8 @@ void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_
 void explain_trip(const std::string& run_folder, const Console& console) {
   try {
     const record::LoadedRun run = record::read_run(run_folder);
-    const config::RigConfig rig = config::parse_rig(run.rig_text, run_folder + "/run.json (rig)");
-    const config::PreparedExperiment experiment =
-        config::parse_prepared_experiment(run.experiment_text, run_folder + "/run.json (experiment)", rig);
-    const std::optional<Drift> drift = drift_of(experiment, rig, run.record.output);
-    if (!drift) return;
-    const DisplayUnit unit = console.unit(rig.units);
-    console.info(fmt::format("the rod drifted at {:+.4f} {}/s{}", unit.factor("in") * drift->rate_in_per_s,
-                             unit.of("in"),
-                             drift->offset_V ? fmt::format("; offset_V = {:.3f} would stop it", *drift->offset_V)
-                                             : "; no offset_V within the command limits would stop it"));
+    const auto cause = identify::trip_cause(run);
+    if (cause) console.info(identify::sentence_of(*cause, console.unit(record::rig_units(run.manifest.other))));
   } catch (const Error& error) {
     console.debug(error.what());
   }

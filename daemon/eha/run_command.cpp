@@ -170,8 +170,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   const play::FinishedRun& run = acquired.run;
   if (!acquisition::is_whole(run.report.outcome)) {
     const std::string end = acquisition::describe(run.report, unit);
-    const bool is_known = experiment.tracking() != nullptr && stood_at_its_end(run.folder);
-    console.error(is_known ? record::without_causes(end) : end);
+    console.error(shows_its_cause(run.folder) ? record::without_remedy(end) : end);
   }
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
@@ -179,7 +178,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     const std::string way_out = way_out_of_following(acquisition::to_text(run.report.fault.fault), rig.file_name);
     if (!way_out.empty()) console.info(way_out);
   }
-  if (run.report.fault.fault == acquisition::Fault::travel_limit) explain_trip(folder, console);
+  if (experiment.played() != nullptr) explain_trip(folder, console);
   std::error_code unknown;
   bool has_page = false;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {

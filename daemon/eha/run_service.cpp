@@ -109,7 +109,9 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
     return show_valve_sheet(record::OpenRun(folder), SheetFiles::keep, rig_file, console);
   }
   if (purpose == record::Purpose::tracking) return show_track(record::OpenRun(folder), TrackFiles::keep, console);
-  if (code != ExitCode::ok && !note.empty()) console.error(note);
+  if (code != ExitCode::ok && !note.empty()) {
+    console.error(!folder.empty() && shows_its_cause(folder) ? record::without_remedy(note) : note);
+  }
   if (code == ExitCode::safety_trip && rig.value("characterised", false) &&
       purpose_of(folder, console) == record::Purpose::valve_sheet) {
     if (const std::string way_out = way_out_of_following(note, rig.value("file", "")); !way_out.empty())
@@ -119,7 +121,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
   const std::string after_trip = remedy.value_or(suggest::read(console.rig()));
   if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
-  if (!folder.empty() && note.find("travel_limit") != std::string::npos) explain_trip(folder, console);
+  if (!folder.empty() && !is_done) explain_trip(folder, console);
   if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry)) {
     explain_ended_trial(folder, units, TrackFiles::keep, console);
     console.info(kept_record_text(folder));

@@ -24,12 +24,12 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/track_report.hpp"
+#include "daemon/identify/trip_cause.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_header.hpp"
-#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
@@ -109,12 +109,6 @@ std::string reference_text(const std::string& file, const ident::AxisSettings& s
   return text + fmt::format("[start]\ndisplacement_in = {:#}\n", factor * table.columns[1].front());
 }
 
-/// The leak of a trial's rig: by the newest valve sheet beside it, else by the controller's.
-std::optional<ident::Leak> leak_of(const record::OpenRun& trial, const config::ControllerConfig& controller) {
-  if (const auto run = record::newest_sheet_run(trial.path())) return record::leak_in(*run);
-  return controller.provenance.sheet.empty() ? std::nullopt : record::leak_in(controller.provenance.sheet);
-}
-
 }  // namespace
 
 tune::TrialTrace trace_of(const track::TrackResult& result) {
@@ -160,15 +154,19 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
                              f.bound == track::Bound::least, f.is_lower_bound});
   }
   trial.changes = track::changes_of(result, unit);
-  if (result.is_kept() && !trial.changes.empty()) trial.after_changes = track::kChangedAndKept;
+  trial.advice = track::advice_of(result, unit);
   subject.unit = unit;
   trial.trace = trace_of(result);
   return tune::controller_page(subject);
 }
 
-bool stood_at_its_end(const std::filesystem::path& folder) {
+bool shows_its_cause(const std::filesystem::path& folder) {
   try {
-    return !track::stood_under_volts(record::OpenRun(folder), DisplayUnit("in")).empty();
+    const record::OpenRun run(folder);
+    if (record::purpose_of(record::read_manifest(run.files())) == record::Purpose::tracking) {
+      return track::ended_trial(run, DisplayUnit("in")).is_cause_known();
+    }
+    return identify::trip_cause(record::read_run(run)).has_value();
   } catch (const Error&) {  // nothing was recorded
     return false;
   }
@@ -181,26 +179,22 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
     const record::Manifest manifest = record::read_manifest(run.files());
     const bool is_broken = manifest.outcome == acquisition::Outcome::faulted;
     const DisplayUnit unit = console.unit(rig_units);
-    const std::optional<ident::Leak> leak = leak_of(run, track::played_track(run).controller);
+    const track::EndedTrial trial = track::ended_trial(run, unit);
+    const std::string advice = track::advice_of(trial, unit);
     if (is_broken) {
-      const std::vector<std::string> changes = track::changes_until_fault(run, unit);
-      for (const std::string& change : changes) console.info("until then the moving rod shows: " + change);
-      const std::string stood = track::stood_under_volts(run, unit, leak);
-      if (!stood.empty()) console.info(stood);
-      console.info(leak              ? "the promise is not kept. " + ident::leak_finding(*leak, unit)
-                   : changes.empty() ? std::string("the promise is not kept")
-                                     : "the promise is not kept: the valve is not the one that the controller was made "
-                                       "for; `eha characterise`, then `eha tune`");
+      for (const std::string& change : trial.changes) console.info("until then the moving rod shows: " + change);
+      if (!trial.stood.empty()) console.info(trial.stood);
+      console.info(advice.empty() ? "the promise is not kept" : "the promise is not kept. " + advice);
     } else {
       console.info("the trial was stopped: the promise is not judged");
     }
     if (files == TrackFiles::write) {
-      track::write_ended_track(run, leak);
+      track::write_ended_track(run);
       for (const std::string& missing : report::write_into_run(run, unit)) console.warning(missing);
     }
     console.next_step(report_of_run(folder, "eha plot " + shell_word(folder.string())));
     const bool is_of_valve = manifest.report && is_of_following(fault_name(manifest.report->description));
-    if (is_broken && !leak && is_of_valve && console.rig().is_fast) {
+    if (is_broken && !trial.played.leak && is_of_valve && console.rig().is_fast) {
       console.next_step(suggest::characterise(console.rig()));
     } else if (!is_broken && !console.rig().controller.empty()) {
       console.next_step(suggest::track(console.rig(), console.rig().controller));
@@ -230,9 +224,6 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
   document["exit_code"] = static_cast<int>(code);
   console.print_json(document);
   console.print(track::track_text(result, unit));
-  if (!result.is_kept()) {
-    if (const auto leak = leak_of(run, result.controller)) console.info(ident::leak_finding(*leak, unit));
-  }
   if (wanted == TrackFiles::write) {
     console.print("As a table, with model and valve: " + (result.folder / kTableFile).string());
   }
@@ -291,7 +282,7 @@ ExitCode execute(const TrackCommand& command, Console& console) {
         (manifest.outcome == acquisition::Outcome::faulted || manifest.outcome == acquisition::Outcome::interrupted)) {
       const std::string end = manifest.report ? manifest.report->description : "";
       console.info(
-          fmt::format("{}: {}", command.source, stood_at_its_end(command.source) ? record::without_causes(end) : end));
+          fmt::format("{}: {}", command.source, shows_its_cause(command.source) ? record::without_remedy(end) : end));
       explain_ended_trial(command.source, record::rig_units(manifest.other), TrackFiles::keep, console);
       return manifest.outcome == acquisition::Outcome::faulted ? ExitCode::model_rejected : ExitCode::interrupted;
     }

@@ -33,9 +33,9 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console&
 [[nodiscard]] report::Page track_page(const track::TrackResult& result, const DisplayUnit& unit,
                                       const std::string& title = {}, const std::string& lead_html = {});
 
-/// Whether the rod stood at a resting reference when a fault ended the trial (track::stood_under_volts()), which shows
-/// more of the cause than the list of what is likely.
-[[nodiscard]] bool stood_at_its_end(const std::filesystem::path& folder);
+/// Whether the record of a run that a fault ended shows more of the cause than the list of what is likely: a trial
+/// (track::EndedTrial::is_cause_known()), or a run at a limit (identify::trip_cause()).
+[[nodiscard]] bool shows_its_cause(const std::filesystem::path& folder);
 
 /// Reports a trial that ended early: by a fault, so that the promise is not kept, or because it was stopped. Prints the
 /// valve that the rod's motion shows until a fault, writes it to track.json, and leads on.

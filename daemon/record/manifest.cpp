@@ -257,8 +257,17 @@ std::string_view outcome_text(const Manifest& manifest) noexcept {
   return manifest.outcome ? acquisition::to_text(*manifest.outcome) : kInProgress;
 }
 
-std::string without_causes(const std::string& description) {
-  return description.substr(0, description.find("; likely, in this order"));
+std::string without_remedy(const std::string& description) {
+  constexpr std::string_view kBetween = "; ";
+  std::string kept = description.substr(0, description.find(kBetween));
+  for (std::size_t at = description.find(kBetween); at != std::string::npos;) {
+    const std::size_t begin = at + kBetween.size();
+    at = description.find(kBetween, begin);
+    const std::string part = description.substr(begin, at == std::string::npos ? at : at - begin);
+    if (part.ends_with(acquisition::kRecordsLost) || part == acquisition::kOutputNotSafe)
+      kept.append(kBetween).append(part);
+  }
+  return kept;
 }
 
 acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source) {

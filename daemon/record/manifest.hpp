@@ -85,9 +85,9 @@ struct Manifest {
 /// Whether an outcome, as run.json has it, is that of a run that ended as wanted.
 [[nodiscard]] bool is_whole(std::string_view outcome) noexcept;
 
-/// The description of a run's end without the causes that are likely where nothing more is known of it: "no_motion at
-/// 4.1 s: a closed loop drove the rod, and it moved 0.1 in where 0.2 in were due".
-[[nodiscard]] std::string without_causes(const std::string& description);
+/// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed
+/// loop drove the rod, and it moved 0.1 in where 0.2 in were due". Lost records and an output that is not safe stay.
+[[nodiscard]] std::string without_remedy(const std::string& description);
 
 /// @throws DataError  `name` is no outcome; names `source`
 [[nodiscard]] acquisition::Outcome outcome_from_text(std::string_view name, const std::string& source);

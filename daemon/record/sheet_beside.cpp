@@ -30,7 +30,17 @@ std::optional<fs::path> newest_sheet_run(const fs::path& run) {
   return run.parent_path() / sheet->filename();
 }
 
-std::optional<ident::Leak> leak_in(const fs::path& sheet_run) {
+namespace {
+
+/// What a sheet file has of a leak.
+struct SeenCreep {
+  double in_per_s = 0.0;
+  double gain_positive = 0.0;
+  double gain_negative = 0.0;
+};
+
+/// None without a sheet that can be read, and where the dead band was too narrow to see it.
+std::optional<SeenCreep> creep_in(const fs::path& sheet_run) {
   std::error_code ignored;
   if (!fs::is_regular_file(sheet_run / kSheetFile, ignored)) return std::nullopt;
   const auto sheet = nlohmann::json::parse(os::read_file(sheet_run / kSheetFile), nullptr, false);
@@ -42,7 +52,25 @@ std::optional<ident::Leak> leak_in(const fs::path& sheet_run) {
   const auto creep = value("creep_in_per_s");
   const auto positive = value("gain_positive_in_per_V_s");
   const auto negative = value("gain_negative_in_per_V_s");
-  return creep && positive && negative ? ident::leak_of(*creep, *positive, *negative) : std::nullopt;
+  if (!creep || !positive || !negative) return std::nullopt;
+  return SeenCreep{*creep, *positive, *negative};
+}
+
+}  // namespace
+
+std::optional<ident::Leak> leak_in(const fs::path& sheet_run) {
+  const auto creep = creep_in(sheet_run);
+  return creep ? ident::leak_of(creep->in_per_s, creep->gain_positive, creep->gain_negative) : std::nullopt;
+}
+
+ident::SheetSays sheet_says_beside(const fs::path& run) {
+  try {
+    const auto sheet = newest_sheet_run(run);
+    const bool is_tight = sheet && creep_in(*sheet) && !leak_in(*sheet);
+    return is_tight ? ident::SheetSays::is_tight : ident::SheetSays::nothing;
+  } catch (const Error&) {
+    return ident::SheetSays::nothing;
+  }
 }
 
 std::optional<ident::Leak> leak_beside(const fs::path& run) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string_view>
 
+#include "ident/validation/map_error.hpp"
 #include "ident/valve/leak.hpp"
 
 // What the valve sheets beside a run say of its rig.
@@ -23,5 +24,8 @@ inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 
 /// The same of the newest sheet beside a run; none for a folder that the caller may not read.
 [[nodiscard]] std::optional<ident::Leak> leak_beside(const std::filesystem::path& run);
+
+/// Whether the newest sheet beside a run saw the rod rest within the valve's dead band.
+[[nodiscard]] ident::SheetSays sheet_says_beside(const std::filesystem::path& run);
 
 }  // namespace eha::record

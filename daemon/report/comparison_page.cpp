@@ -2,14 +2,10 @@
 #include "daemon/report/comparison_page.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <filesystem>
 #include <span>
-#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -24,91 +20,6 @@ namespace eha::report {
 namespace {
 
 constexpr double kMostShown = 10.0;  // joint half widths to both sides
-
-}  // namespace
-
-std::string change_word(const ComparedSubject& subject, bool changed) {
-  if (!changed) return "not shown";
-  return subject.cannot_tell.empty() ? "yes" : "differs";
-}
-
-std::string left_over_word(const ComparedSubject& subject) {
-  if (!subject.left_over.changed) return "no";
-  return subject.judges_left_over && subject.cannot_tell.empty() ? "yes" : "differs";
-}
-
-namespace {
-
-/// Whether what the model leaves over is shown to have changed.
-bool leaves_other(const ComparedSubject& subject) { return subject.left_over.changed && subject.judges_left_over; }
-
-/// What a comparison with the first run can find, the most important first.
-enum class Finding : std::uint8_t {
-  changed,
-  does_not_fit,
-  does_not_hold,
-  other_input,
-  cannot_tell,
-  leaves_other,
-  alike
-};
-
-Finding finding_of(const ComparedSubject& subject) {
-  if (subject.unfit) return Finding::does_not_fit;
-  if (!subject.cannot_tell.empty()) return subject.has_other_input ? Finding::other_input : Finding::cannot_tell;
-  if (subject.change && subject.change->changed) return Finding::changed;
-  if (!subject.first_model_holds) return Finding::does_not_hold;
-  return leaves_other(subject) ? Finding::leaves_other : Finding::alike;
-}
-
-const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
-  return subject.unfit->is_first ? first.label : subject.label;
-}
-
-}  // namespace
-
-std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
-  switch (finding_of(subject)) {
-    case Finding::changed:
-      return fmt::format("The plant has changed{}",
-                         leaves_other(subject) ? ", and so has what the model leaves over" : "");
-    case Finding::does_not_fit:
-      return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
-                         unfit_label(first, subject));
-    case Finding::does_not_hold:
-      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed{}",
-                         first.label, subject.label,
-                         leaves_other(subject) ? "; what the model leaves over changed" : "");
-    case Finding::other_input:
-      return fmt::format(
-          "Not shown whether the plant has changed: {}, and the inputs differ",
-          subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
-    case Finding::cannot_tell:
-      return "Not shown whether the plant has changed: a record is too short";
-    case Finding::leaves_other:
-      return "No change of a parameter found, but what the model leaves over changed";
-    case Finding::alike:
-      break;
-  }
-  return "No change of a parameter found, and the first model holds";
-}
-
-std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {
-  const auto worst = std::min_element(subjects.begin() + 1, subjects.end(),
-                                      [](const auto& a, const auto& b) { return finding_of(a) < finding_of(b); });
-  const std::string text = outcome(subjects.front(), *worst);
-  return subjects.size() == 2 || is_alike(*worst) ? text : fmt::format("{}: {}", worst->label, text);
-}
-
-bool is_alike(const ComparedSubject& subject) { return finding_of(subject) == Finding::alike; }
-
-std::string unfit_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
-  return fmt::format(
-      "{} does not fit {}: {}. Its parameters say nothing of the plant, and no change of them is claimed.",
-      subject.model.name, unfit_label(first, subject), subject.unfit->why);
-}
-
-namespace {
 
 std::string changes_table(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::Model& model = subject.model;
@@ -142,7 +53,7 @@ std::string changes_table(const ComparedSubject& first, const ComparedSubject& s
 
 /// Draws each difference over half its joint interval: beyond +-1 it is a change.
 plot::Figure changes_figure(const ident::PlantChange& change, const std::string& title) {
-  plot::Panel panel{.x_label = "", .y_label = "difference / half interval"};
+  plot::Panel panel{.x_label = "", .y_label = "difference [half intervals]"};
   plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
   double most = 2.0;
   for (const ident::ParameterChange& p : change.parameters) {
@@ -195,6 +106,9 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   const bool is_beyond = std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
     return p.half_width > 0.0 && std::abs(p.after - p.before) > kMostShown * p.half_width;
   });
+  item.remark.seen +=
+      " The axis counts in half joint intervals: a parameter at 3 differs three times as much as the least change that "
+      "shows, at which the bar just leaves 0.";
   if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (leaves_other(subject)) item.remark.seen += " " + left_over_sentence(first, subject);
@@ -210,9 +124,8 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
       : leaves_other(subject) ? "The parameters hold. Look for what moves the output besides the input: noise of "
                                 "the sensor, friction, air, "
                                 "or a map that fits less well."
-      : !subject.first_model_holds
-          ? "No parameter is shown to have changed, yet the first model does not hold here: look for what it does not "
-            "describe, as friction, a leak or a load, and fit a model to the new record before you rely on one."
+      : !cause_sentence(subject).empty()
+          ? cause_sentence(subject) + " Fit a model to the new record before you rely on one."
       : subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
                                         : "Nothing: no change of a parameter is shown.";
   if (subject.first_model_error > 0.0) item.remark.seen += " " + first_model_sentence(first, subject);
@@ -406,56 +319,6 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
 }
 
 }  // namespace
-
-std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
-  const identify::LeftOver& e = subject.left_over;
-  const std::string unit = ident::after_number(subject.model.output_unit);
-  return fmt::format("What the model leaves over changed by a factor of {}, from {:.3g}{} rms on {} to {:.3g}{}.",
-                     ident::figure_text(e.after / e.before), e.before, unit, first.label, e.after, unit);
-}
-
-std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
-  const double refit = subject.left_over.after;
-  const std::string unit = ident::after_number(subject.model.output_unit);
-  return fmt::format(
-      "The model of {} errs by {:.3g}{} rms on {}, {} times the {:.3g}{} of the model fitted there: "
-      "it {}.",
-      first.label, subject.first_model_error, unit, subject.label,
-      ident::figure_text(subject.first_model_error / refit), refit, unit, first_model_word(subject));
-}
-
-std::string first_model_word(const ComparedSubject& subject) {
-  return subject.first_model_holds ? "holds" : "does not hold";
-}
-
-std::string tested_sentence(const ident::PlantChange& change) {
-  std::vector<std::string> names;
-  for (const ident::ParameterChange& p : change.parameters) names.push_back(p.name);
-  return fmt::format(
-      "Tested: {}. Not tested: what these do not describe, as friction, leaks or noise.",
-      names.empty() ? "nothing, as no parameter of both is estimated" : fmt::format("{}", fmt::join(names, ", ")));
-}
-
-std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
-  std::vector<std::string> titles;
-  std::vector<std::string> longer;
-  for (const std::string& path : paths) {
-    std::error_code ignored;
-    const std::filesystem::path whole = std::filesystem::canonical(path, ignored);
-    const std::filesystem::path& known = whole.empty() ? std::filesystem::path(path) : whole;
-    const bool is_folder = std::filesystem::is_directory(known, ignored);
-    titles.push_back((is_folder ? known.filename() : known.stem()).string());
-    std::filesystem::path above = known.parent_path();
-    // Models of two runs differ in the run's name, not in "models".
-    while (above.filename() == "models" || above.filename() == "rejected") above = above.parent_path();
-    longer.push_back(above.filename().string() + "/" + titles.back());
-  }
-  std::vector<std::string> distinct = titles;
-  for (std::size_t i = 0; i < titles.size(); ++i) {
-    if (std::count(titles.begin(), titles.end(), titles[i]) > 1) distinct[i] = longer[i];
-  }
-  return distinct;
-}
 
 Page comparison_page(const ComparisonFindings& findings, const std::vector<ComparedSubject>& subjects) {
   Section parameters{.title = "Parameters"};

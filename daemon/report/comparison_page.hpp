@@ -26,6 +26,7 @@ struct ComparedSubject {
   bool has_other_input = false;                   ///< than the first, and `cannot_tell` says so
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   std::optional<identify::Unfit> unfit = {};  ///< as of identify::ComparedRun, beside the first
+  bool is_tight = false;                      ///< by the valve sheets beside both runs
   /// Least and greatest input that the record has; none without a record.
   std::optional<std::pair<double, double>> input_range = {};
   // The record and the model on it, of one length; empty for a model alone.
@@ -37,8 +38,15 @@ struct ComparedSubject {
 /// The same of what the model leaves over.
 [[nodiscard]] std::string left_over_word(const ComparedSubject& subject);
 
+/// Whether what the model leaves over is shown to have changed.
+[[nodiscard]] bool leaves_other(const ComparedSubject& subject);
+
 /// Whether a parameter changed, in a word: "yes", "differs" where that is no change of the plant, or "not shown".
 [[nodiscard]] std::string change_word(const ComparedSubject& subject, bool changed);
+
+/// What may be the cause where no parameter is shown to have changed and the first model does not hold: the parameter
+/// that is nearest to a change, and friction where the rigs are tight. Empty otherwise.
+[[nodiscard]] std::string cause_sentence(const ComparedSubject& subject);
 
 /// What the comparison with the first run found: the heading of the page and the first line on the terminal. Without a
 /// point: "The plant has changed", "No change of a parameter found, and the first model holds".

@@ -61,6 +61,15 @@ std::string first_step(const Subject& subject) {
 
 bool has_tripped(const Subject& subject) { return subject.part("outcome") == "faulted"; }
 
+std::string first_after_trial(const Subject& subject) {
+  return subject.leak ? std::string(ident::kRepairFirst)
+                      : "correct what ended the trial, then play it again with `eha track`";
+}
+
+std::string against_end(const Subject& subject) {
+  return subject.cause ? identify::remedy_of(*subject.cause) : "correct what ended the run";
+}
+
 std::string folder_word(const Subject& subject) {
   return subject.folder.empty() ? std::string("RUN") : on_one_line(shell_word(subject.folder));
 }
@@ -94,7 +103,7 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
   std::string text = "Next: ";
   std::string first = first_step(subject);
   if (has_tripped(subject)) {
-    text += "correct what ended the run; ";
+    text += against_end(subject) + "; ";
     constexpr std::string_view kFirst = "first ";
     if (first.starts_with(kFirst)) first.replace(0, kFirst.size(), "then ");
   }

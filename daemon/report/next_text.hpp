@@ -12,6 +12,13 @@ namespace eha::report {
 /// Whether a fault ended the run.
 [[nodiscard]] bool has_tripped(const Subject& subject);
 
+/// What comes first after a trial that tripped: "repair the leak first, ...", without capital and point.
+[[nodiscard]] std::string first_after_trial(const Subject& subject);
+
+/// What to do before a run that tripped is recorded again: what its record shows to help, else "correct what ended the
+/// run".
+[[nodiscard]] std::string against_end(const Subject& subject);
+
 /// The run's folder as a word of a command; RUN where the subject has none.
 [[nodiscard]] std::string folder_word(const Subject& subject);
 

@@ -131,17 +131,15 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
   const std::vector<Pair> pairs = pairs_of(subject, model);
   if (pairs.empty()) return std::nullopt;
   SheetComparison result;
-  result.seen = "Beside the valve sheet in [following] of the rig file (± is half a 95 % interval):";
+  // Numbers that `eha characterise` wrote have the sum; others may be typed, or of a sample.
+  const bool is_of_sheet = subject.part("rig", "following", "measured_check").is_number();
+  result.seen = fmt::format("Beside {} of the rig file (± is half a 95 % interval):",
+                            is_of_sheet ? "the valve sheet in [following]" : "[following]");
   bool first = true;
   bool null_differs = false;
   std::vector<std::string> others;
   std::vector<std::string> changes;
   bool only_gain = true;
-  const auto is_near = [](const Pair& pair) { return pair.apart() <= ident::kNotedShift_V; };
-  const auto edges = std::count_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
-    return (pair.is_null || pair.name == kHalfDeadBand) && pair.unit == "V" && is_near(pair);
-  });
-  result.confirms_edges = edges == 2;
   for (const Pair& pair : pairs) {
     result.seen += fmt::format("{} {} {} here and {} there{}, ", first ? "" : ";", pair.name,
                                shown(pair.by_model, pair.unit), shown(pair.by_sheet, pair.unit), pair.in_file);
@@ -158,28 +156,32 @@ std::optional<SheetComparison> compare_with_sheet(const Subject& subject, const 
     } else {
       others.push_back(pair.name);
       const auto [here, there] = told_apart(pair.by_model.value, pair.by_sheet.value);
-      changes.push_back(
-          fmt::format("{} {}{}, on the sheet {}", pair.name, here, pair.unit.empty() ? "" : " " + pair.unit, there));
+      changes.push_back(fmt::format("{} {}{}, {} {}", pair.name, here, pair.unit.empty() ? "" : " " + pair.unit,
+                                    is_of_sheet ? "on the sheet" : "there", there));
       only_gain = only_gain && pair.name == kGain;
     }
   }
   result.seen += ".";
   if (!others.empty()) {
-    result.headline =
-        fmt::format("The rig is not as the valve sheet in its rig file says: {}.", fmt::join(changes, "; "));
+    result.headline = fmt::format("The rig is not as {} says: {}.",
+                                  is_of_sheet ? "the valve sheet in its rig file" : "[following] of its rig file",
+                                  fmt::join(changes, "; "));
     result.to_do = fmt::format(
         "{}: {}. {}Measure it again with `eha characterise` before you change anything. ",
-        only_gain ? "Valve, pump or load have changed since the sheet"
-                  : "The valve has changed since its sheet, or is another one",
+        !is_of_sheet ? "Nothing shows that [following] was measured on this rig"
+        : only_gain  ? "Valve, pump or load have changed since the sheet"
+                     : "The valve has changed since its sheet, or is another one",
         fmt::join(others, ", "),
         only_gain ? "Look at the supply pressure first: the gain follows the square root of what drops over the valve. "
                   : "");
   }
   if (null_differs) {
-    result.to_do +=
-        "Trust the valve sheet's null for offset_V and [following]: its interval includes the method's error, the "
-        "model's interval only the noise of this record. A null moves with the oil's temperature, so measure it again "
-        "with `eha characterise` before you change anything. ";
+    result.to_do += fmt::format(
+        "{}the model's interval has only the noise of this record. A null moves with the oil's temperature, so measure "
+        "it with `eha characterise` before you change anything. ",
+        is_of_sheet ? "Trust the valve sheet's null for offset_V and [following]: its interval includes the method's "
+                      "error, "
+                    : "Of the null ");
   }
   return result;
 }

@@ -8,13 +8,13 @@
 
 namespace eha::report {
 
-/// Comparison of a model's valve with the valve sheet, in sentences.
+/// Comparison of a model's valve with [following] of the rig file, which is called the valve sheet where a measurement
+/// wrote it, in sentences.
 struct SheetComparison {
   std::string seen;   ///< every value of both, and whether they agree
   std::string to_do;  ///< empty if all agree
   /// "The rig is not as its valve sheet says: ..."; empty if at most the null differs, which moves with the oil.
   std::string headline;
-  bool confirms_edges = false;  ///< null and half dead band of model and sheet are within ident::kNotedShift_V
 };
 
 /// Compares null, dead band, gain ratio and, for a plant that integrates, the gain of a model behind a valve with

@@ -201,6 +201,7 @@ Subject load_run(const record::OpenRun& run) {
   subject.manifest = record::to_json(manifest);
   read_tables(folder, subject);
   subject.leak = record::leak_beside(run.path());
+  subject.sheet_says = record::sheet_says_beside(run.path());
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :
        record::models_from_json(subject.part("identification", "models"), subject.name)) {
@@ -219,9 +220,15 @@ Subject load_run(const record::OpenRun& run) {
   subject.reason = text_of(subject.part("identification", "recommendation", "reason"));
   sort_models(subject, {.model = text_of(subject.part("identification", "recommendation", "model")),
                         .runner_up = text_of(subject.part("identification", "recommendation", "runner_up"))});
-  if (!subject.fit.time_s.empty() && subject.trip_s()) {
+  const auto take_record = [&] {
+    record::LoadedRun loaded = record::read_run(run);
+    subject.cause = identify::trip_cause(loaded);
+    subject.record = std::move(loaded.record);
+  };
+  const Json& outcome = subject.part("outcome");
+  if (!subject.fit.time_s.empty() && outcome.is_string() && !record::is_whole(outcome.get<std::string>())) {
     try {
-      subject.record = record::read_run(run).record;
+      take_record();
     } catch (const DataError& error) {
       subject.notes.emplace_back(error.what());
     }
@@ -233,7 +240,7 @@ Subject load_run(const record::OpenRun& run) {
     }
     for (const char* name : {kTrackRows, kTrackFile}) record::require_no_link(folder / name);
     try {
-      subject.record = record::read_run(run).record;
+      take_record();
       read_ended_trial(folder / kTrackFile, subject);
       if (const fs::path path = folder / kTrackRows; fs::exists(path, ignored)) subject.track = track_table(path);
     } catch (const DataError& error) {

@@ -10,12 +10,14 @@
 
 #include "core/display_unit.hpp"
 #include "daemon/identify/fit_table.hpp"
+#include "daemon/identify/trip_cause.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/open_run.hpp"
 #include "daemon/suggest/commands.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
 #include "ident/validation/first_step.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/valve/leak.hpp"
 
 namespace eha::report {
@@ -48,11 +50,13 @@ struct Subject {
   std::optional<record::NumberTable> response = {};     ///< frequency_response.csv
   std::optional<ident::Record> record = {};             ///< of a run without fit.csv, or that a fault ended
   identify::FitTable track = {};                        ///< of a controller's trial, its reference as the only model
-  std::vector<std::string> trial_changes = {};  ///< what a controller's trial that a fault ended showed of the valve
-  std::string trial_stood = {};                 ///< a trial that stood under volts when it ended; empty: it did not
-  std::optional<ident::Leak> leak = {};         ///< of the rig, by the valve sheet; none is known otherwise
-  DisplayUnit unit = DisplayUnit("in");         ///< of lengths
-  std::vector<std::string> notes = {};          ///< files that should be there and are not
+  std::vector<std::string> trial_changes = {};    ///< what a controller's trial that a fault ended showed of the valve
+  std::optional<identify::TripCause> cause = {};  ///< of a limit that ended the run, where the record shows it
+  std::string trial_stood = {};                   ///< a trial that stood under volts when it ended; empty: it did not
+  std::optional<ident::Leak> leak = {};           ///< of the rig, by the valve sheet; none is known otherwise
+  ident::SheetSays sheet_says = ident::SheetSays::nothing;
+  DisplayUnit unit = DisplayUnit("in");  ///< of lengths
+  std::vector<std::string> notes = {};   ///< files that should be there and are not
 
   /// How the rig of the run is reached; none for model files.
   [[nodiscard]] std::optional<suggest::RigAccess> access() const;

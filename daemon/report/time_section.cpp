@@ -7,10 +7,12 @@
 #include <span>
 #include <utility>
 
+#include "core/capitalised.hpp"
 #include "core/display_unit.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
+#include "daemon/report/next_text.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
@@ -185,11 +187,13 @@ Item of_record(const Subject& subject) {
   }
   item.remark.good = "The output moves through a large part of its travel and touches neither end.";
   const Json& outcome = subject.part("outcome");
-  item.remark.to_do = subject.part("experiment", "track").is_string()
-                          ? "See `eha track` with this folder, correct what ended the trial, and try again."
-                      : outcome.is_string() && record::is_whole(outcome.get<std::string>())
-                          ? "Fit it with `eha fit`."
-                          : "Correct what ended the run and record again.";
+  item.remark.to_do =
+      subject.part("experiment", "track").is_string()
+          ? capitalised(has_tripped(subject) ? first_after_trial(subject) : "play it again with `eha track`") + "."
+      : outcome.is_string() && record::is_whole(outcome.get<std::string>())
+          ? fmt::format("Fit it: `eha fit {}`.", folder_word(subject))
+      : has_tripped(subject) ? capitalised(against_end(subject) + " and record again") + "."
+                             : "Record again, to the end.";
   return item;
 }
 

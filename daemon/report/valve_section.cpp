@@ -74,7 +74,8 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
         "controller take those of the valve sheet (`eha characterise`), as `eha tune` does.";
   }
-  if (const std::string note = ident::map_note(model); !note.empty()) remark.seen += " " + capitalised(note) + ".";
+  if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty())
+    remark.seen += " " + capitalised(note) + ".";
   if (const auto sheet = compare_with_sheet(subject, model)) {
     remark.seen += " " + sheet->seen;
     // What is compensated by numbers of which one is wrong is worse than nothing.

@@ -11,6 +11,7 @@
 #include "config/controller_config.hpp"
 #include "core/display_unit.hpp"
 #include "daemon/record/open_run.hpp"
+#include "daemon/track/seen_valve.hpp"
 #include "ident/control/trial.hpp"
 #include "ident/valve/leak.hpp"
 
@@ -18,9 +19,6 @@ namespace eha::track {
 
 inline constexpr const char* kTrackFile = "track.json";
 inline constexpr const char* kTrackRows = "track.csv";
-
-/// Length of the means about each row, which reduce the readings' noise.
-inline constexpr double kMean_s = 0.05;
 
 /// Direction in which a promised figure is broken.
 enum class Bound {
@@ -58,21 +56,13 @@ struct TrackRows {
   std::vector<double> command_V;
 };
 
-/// Valve from the rod's motion, by least squares over the rows in which the rod moves:
-///   u = null + d dead_band + v / gain(d) + T v'   d the direction of the speed v
-struct SeenValve {
-  double null_V = 0.0;
-  double dead_band_V = 0.0;
-  double gain_positive_in_per_V_s = 0.0;
-  double gain_negative_in_per_V_s = 0.0;
-};
-
 /// Results of a run of [track].
 struct TrackResult {
   std::filesystem::path folder;
   record::OpenRun opened;  ///< the same, held
   std::string units;       ///< of displayed lengths, from the rig file; empty: inches
   config::ControllerConfig controller;
+  std::optional<ident::Leak> leak = {};  ///< of the rig, by the newest valve sheet beside the run, or the controller's
   std::vector<KeptFigure> figures;
   double noise_in = 0.0;  ///< standard deviation of a reading
   TrackRows rows;
@@ -102,14 +92,9 @@ struct TrackResult {
 /// Compares the valve that the rod's motion shows with the controller's, a phrase each.
 [[nodiscard]] std::vector<std::string> changes_of(const TrackResult& result, const DisplayUnit& unit);
 
-/// What follows from such changes where the promise is kept.
-inline constexpr const char* kChangedAndKept =
-    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: with "
-    "`eha characterise`, then `eha tune` with its sheet, the controller has the new numbers.";
-
-/// The same for a trial that ended early; nothing if the rod moved too little.
-/// @throws DataError, IoError, PermissionError  as track_result()
-[[nodiscard]] std::vector<std::string> changes_until_fault(const record::OpenRun& run, const DisplayUnit& unit);
+/// What follows from the figures and the changes, in sentences: whether the promise is kept, the leak of a rig whose
+/// sheet shows one, else what to measure. Commands are named in short.
+[[nodiscard]] std::string advice_of(const TrackResult& result, const DisplayUnit& unit);
 
 /// "yes", "no" or "hidden by noise".
 [[nodiscard]] std::string kept_text(const KeptFigure& figure);
@@ -122,17 +107,27 @@ inline constexpr const char* kChangedAndKept =
 
 /// Writes track.json and track.csv into the run's folder. @throws IoError, PermissionError
 void write_track(const TrackResult& result);
+/// Writes track.csv alone.
+void write_track_rows(const TrackResult& result);
 
-/// Says of a trial that a missing motion ended that the rod stood at a resting reference under volts beyond the dead
-/// band of [following], after it had followed: valve, sensor and hydraulics are sound, and what else it may be, unless
-/// the leak is known. Empty otherwise. @throws DataError, IoError, PermissionError  as track_result()
-[[nodiscard]] std::string stood_under_volts(const record::OpenRun& run, const DisplayUnit& unit,
-                                            const std::optional<ident::Leak>& leak = {});
+/// What a trial that a fault ended showed of its cause.
+struct EndedTrial {
+  TrackResult played;
+  std::vector<std::string> changes = {};  ///< of the valve until half a second before the fault
+  /// Of a missing motion: the rod stood at a resting reference under volts beyond the dead band of [following], after
+  /// it had followed, so that valve, sensor and hydraulics are sound; empty otherwise.
+  std::string stood = {};
+  [[nodiscard]] bool is_cause_known() const { return !stood.empty() || (played.leak && !changes.empty()); }
+};
 
-/// Writes track.json of a trial that ended early: not kept, changes_until_fault() and stood_under_volts(); and
-/// track.csv of what was played. A trial that was stopped is judged by nobody.
-/// @param leak  of the valve's sheet
-/// @throws as changes_until_fault() and played_track()
-void write_ended_track(const record::OpenRun& run, const std::optional<ident::Leak>& leak = {});
+/// @throws DataError, IoError, PermissionError  as played_track()
+[[nodiscard]] EndedTrial ended_trial(const record::OpenRun& run, const DisplayUnit& unit);
+
+/// The same as for a completed trial.
+[[nodiscard]] std::string advice_of(const EndedTrial& trial, const DisplayUnit& unit);
+
+/// Writes track.json of a trial that ended early: not kept, and what it showed; and track.csv of what was played. A
+/// trial that was stopped is judged by nobody. @throws as ended_trial()
+void write_ended_track(const record::OpenRun& run);
 
 }  // namespace eha::track

@@ -352,7 +352,7 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
         "drawn as one.";
   }
   item.remark.good = "Outside of the sweep the error is as in the table.";
-  item.remark.to_do = "A larger error: measure the valve again (`eha characterise`), then `eha tune`.";
+  item.remark.to_do = trial.advice.empty() ? "Nothing." : "As the box above says.";
   section.items.push_back(std::move(item));
   return section;
 }

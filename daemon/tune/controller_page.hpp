@@ -29,7 +29,7 @@ struct MeasuredTrial {
   std::string run;
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
-  std::string after_changes = {};    ///< what follows from them, a sentence; may be empty
+  std::string advice = {};           ///< what follows from figures and changes, in sentences; empty: nothing
   TrialTrace trace;
 };
 

@@ -133,7 +133,7 @@ const ParameterEstimate* unfound_dead_band(const Model& model) {
   return nullptr;
 }
 
-std::string map_note(const Model& model) {
+std::string map_note(const Model& model, SheetSays sheet) {
   if (const ParameterEstimate* p = unfound_dead_band(model)) {
     return fmt::format(
         "the record shows no dead band: the 95 % interval of half of it is {}; a controller takes null and dead band "
@@ -149,18 +149,22 @@ std::string map_note(const Model& model) {
   }
   const std::optional<double> shift = noted_shift(model);
   if (!shift) return {};
+  const std::string shift_text = fmt::format(
+      "null and half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say", *shift,
+      after_number(model.input_unit));
+  if (sheet == SheetSays::is_tight) {
+    return "dry friction bends the edges of that dead band, as the rod moves within it and by the valve sheet nothing "
+           "leaks: " +
+           shift_text;
+  }
   const auto box = model.provenance.find(kGreyBoxHolds);
   const bool integrates = model.stability && model.stability->integrator_order > 0.0;  // else it is of another kind
   if (box != model.provenance.end() && integrates) {
-    return fmt::format(
-        "that map stands for dry friction, which bends its edges (`eha fit --model friction` {}): null and half dead "
-        "band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
-        box->second, *shift, after_number(model.input_unit));
+    return fmt::format("dry friction bends the edges of that dead band (`eha fit --model friction` {}): {}",
+                       box->second, shift_text);
   }
-  return fmt::format(
-      "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: null and "
-      "half dead band of the fit may be up to {:.2g}{} off the valve's, whatever their intervals say",
-      *shift, after_number(model.input_unit));
+  return "the rod moves within that dead band, as where oil leaks past the piston or friction bends the edges: " +
+         shift_text;
 }
 
 }  // namespace eha::ident

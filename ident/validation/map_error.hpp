@@ -43,12 +43,19 @@ inline constexpr double kNotedShift_V = 0.03;
 /// [input unit].
 [[nodiscard]] std::optional<double> noted_shift(const Model& model);
 
+/// What a valve sheet of the rig says of a leak, beside a model of it.
+enum class SheetSays {
+  nothing,   ///< there is none, or it did not see
+  is_tight,  ///< the rod rests within the valve's own dead band
+};
+
 /// What the error of a model's map means: that the rod moves within the dead band, or that the map stands for dry
 /// friction where that is known to hold (kGreyBoxHolds), and by how much null and half dead
 /// band of the fit may be off the valve's; or that the map is one-way. Of a dead band that is not found nothing
 /// else. No capital and no point. Empty where the map
 /// fits: for a shift of at most kNotedShift_V (of another input unit none) and of at most 0.4 of the dead band.
-[[nodiscard]] std::string map_note(const Model& model);
+/// @param sheet  of a tight rig, whose rod friction moves within the map's dead band
+[[nodiscard]] std::string map_note(const Model& model, SheetSays sheet = SheetSays::nothing);
 
 /// Returns how far null and dead band of a model may be off the valve's, whatever their intervals say [input unit].
 /// None where its map errs by less than a fifth of the dead band, or has no error.

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "core/capitalised.hpp"
+
 namespace eha::ident {
 
 std::optional<Leak> leak_of(double creep_in_per_s, double gain_positive, double gain_negative) {
@@ -19,18 +21,26 @@ std::optional<Leak> leak_of(const ValveSheet& sheet) {
                  sheet.gain_negative_in_per_V_s.value);
 }
 
+namespace {
+
+constexpr const char* kLeaks = "oil leaks past the piston or through the valve";
+
+std::string creep_text(const Leak& leak, const DisplayUnit& unit) {
+  return fmt::format("the rod creeps at {:.2g} {}/s within the dead band, as {:.2g} V of command would move it",
+                     unit.factor("in") * leak.creep_in_per_s, unit.of("in"), leak.as_V);
+}
+
+}  // namespace
+
 std::string leak_text(const Leak& leak, const DisplayUnit& unit) {
-  return fmt::format(
-      "the rod creeps at {:.2g} {}/s within the dead band, as {:.2g} V of command would move it: oil leaks past the "
-      "piston or through the valve",
-      unit.factor("in") * leak.creep_in_per_s, unit.of("in"), leak.as_V);
+  return fmt::format("{}: {}", creep_text(leak, unit), kLeaks);
 }
 
 std::string leak_finding(const Leak& leak, const DisplayUnit& unit) {
   return fmt::format(
-      "By the valve sheet {}. That moves null and dead band of the moving rod, and another sheet, model or controller "
-      "does not mend it: {}.",
-      leak_text(leak, unit), kRepairFirst);
+      "{}: by the valve sheet {}. That moves null and dead band of the moving rod, and another sheet, model or "
+      "controller does not mend it: {}.",
+      capitalised(kLeaks), creep_text(leak, unit), kRepairFirst);
 }
 
 }  // namespace eha::ident

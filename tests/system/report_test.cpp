@@ -177,7 +177,12 @@ TEST(EndedRun, HasItsPageAndANextStepAtOnce) {
     if (entry.path().filename().string().find("-trip") == std::string::npos) continue;
     const std::string page = content_of(entry.path() / "report.html");
     EXPECT_NE(page.find("The run tripped at 3"), std::string::npos);
-    EXPECT_NE(page.find("correct what ended the run and record again"), std::string::npos);
+    const std::size_t cure = ended.err.find("the rod drifted at ");
+    ASSERT_NE(cure, std::string::npos) << ended.err;
+    const std::string offset_V = ended.err.substr(ended.err.find("offset_V = ", cure), 16);
+    EXPECT_NE(page.find("Next: set " + offset_V), std::string::npos) << offset_V << ": as the terminal has it";
+    EXPECT_EQ(page.find("lower the excitation"), std::string::npos) << "which would not stop a drift";
+    EXPECT_NE(page.find(" s of 50"), std::string::npos) << "a part of the run";
   }
 }
 

@@ -51,5 +51,17 @@ TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
   EXPECT_FALSE(holds(text, "other way")) << text;
 }
 
+TEST(FaultText, BlamesTheSensorForASpeedThatNoRodHas) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.fault = {.fault = Fault::velocity_limit, .at_ns = 56'000'000, .value = -122.3, .limit = -8.0};
+  const std::string noise = describe(report);
+  EXPECT_TRUE(holds(noise, "low-pass filter")) << noise;
+  EXPECT_FALSE(holds(noise, "lower the excitation")) << "which does not help";
+  report.fault.value = -9.0;
+  EXPECT_TRUE(holds(describe(report), "lower the excitation")) << describe(report);
+}
+
 }  // namespace
 }  // namespace eha::acquisition

@@ -26,6 +26,17 @@ constexpr const char* kWhole = R"({
     "paper_procedure": [], "of_a_later_version": {"model": "io"}},
   "recovery": {"utc": "2026-11-22T00:00:00Z", "rows": 5, "torn_bytes": 6, "end": {"outcome": "completed"}}})";
 
+TEST(WithoutRemedy, KeepsAnOutputThatIsNotSafe) {
+  EXPECT_EQ(without_remedy("no_motion at 4.1 s: it moved 0.1 in where 0.2 in were due; likely, in this order: a; b: c"),
+            "no_motion at 4.1 s: it moved 0.1 in where 0.2 in were due");
+  EXPECT_EQ(
+      without_remedy("travel_limit at 4 s: 5.7 in; lower the excitation; 3 records were lost because the writer was "
+                     "too slow; THE OUTPUT IS NOT CONFIRMED SAFE: switch the hydraulics off by hand"),
+      "travel_limit at 4 s: 5.7 in; 3 records were lost because the writer was too slow; THE OUTPUT IS NOT "
+      "CONFIRMED SAFE: switch the hydraulics off by hand");
+  EXPECT_EQ(without_remedy("interrupted"), "interrupted");
+}
+
 TEST(Manifest, KeepsEveryMemberAndItsOrder) {
   const Json document = Json::parse(kWhole);
   EXPECT_EQ(to_json(manifest_from_json(document, "run.json")).dump(), document.dump());

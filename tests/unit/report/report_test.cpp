@@ -97,11 +97,13 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   subject.trial_changes = {"dead band 0.303 V instead of 0.151 V"};
   std::string html = page_of(subject).html;
   EXPECT_NE(html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
-  EXPECT_NE(html.find("the valve is not the one that the controller was made for"), std::string::npos);
+  EXPECT_NE(html.find("The valve is not the one that the controller was made for"), std::string::npos);
   subject.leak = ident::Leak{0.0171, 0.14};
   html = page_of(subject).html;
-  EXPECT_NE(html.find("By the valve sheet the rod creeps at 0.017 in/s"), std::string::npos);
-  EXPECT_EQ(html.find("the valve is not the one that the controller was made for"), std::string::npos);
+  EXPECT_NE(
+      html.find("<p>Oil leaks past the piston or through the valve: by the valve sheet the rod creeps at 0.017 in/s"),
+      std::string::npos);
+  EXPECT_EQ(html.find("is not the one that the controller was made for"), std::string::npos);
 }
 
 TEST(Page, SaysWhyTheRunOfItsModelsEndedEarly) {
@@ -170,7 +172,8 @@ std::string page_with_nulls(double by_sheet_V, double map_error_V = 0.0) {
                               .upper95 = 0.033,
                               .role = ident::ParameterRole::valve_null});
   subject.manifest.emplace();
-  (*subject.manifest)["rig"]["following"] = {{"null_V", by_sheet_V}, {"null_uncertainty_V", 0.008}};
+  (*subject.manifest)["rig"]["following"] = {
+      {"null_V", by_sheet_V}, {"null_uncertainty_V", 0.008}, {"measured_check", 1}};
   if (map_error_V > 0.0) {
     if (!model.validation) model.validation.emplace();
     model.validation->map_error = map_error_V;
@@ -198,16 +201,14 @@ TEST(Page, AllowsANullWhatTheErrorOfItsMapMoves) {
 TEST(Page, SaysBesideNullAndDeadBandThatTheyAreNotTheValvesAndCompensatesNothingByThem) {
   const std::string html = page_with_nulls(0.07, 0.04);
   const std::string box = html.substr(0, html.find("</section>"));
-  EXPECT_NE(box.find("half dead band are the fit&#39;s, not the valve&#39;s: each may be up to 0.08 V off"),
-            std::string::npos)
-      << box;
+  EXPECT_NE(box.find("half dead band of the fit may be up to 0.08 V off the valve&#39;s"), std::string::npos) << box;
   EXPECT_EQ(html.find("A controller can compensate it: add"), std::string::npos);
   EXPECT_NE(html.find("Compensate nothing by these numbers"), std::string::npos);
   const std::string less = page_with_nulls(0.07, 0.02);
-  EXPECT_NE(less.find("each may be up to 0.04 V off"), std::string::npos) << "what the terminal says, too";
+  EXPECT_NE(less.find("may be up to 0.04 V off"), std::string::npos) << "what the terminal says, too";
   EXPECT_EQ(less.find("A controller can compensate it: add"), std::string::npos);
   const std::string sound = page_with_nulls(0.037, 0.01);
-  EXPECT_EQ(sound.find("not the valve&#39;s"), std::string::npos);
+  EXPECT_EQ(sound.find("off the valve&#39;s"), std::string::npos);
   EXPECT_NE(sound.find("A controller can compensate it: add"), std::string::npos);
 }
 
@@ -233,7 +234,8 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
                                              {"dead_band_uncertainty_V", 0.004},
                                              {"gain_positive_in_per_V_s", 0.074},
                                              {"gain_negative_in_per_V_s", 0.065},
-                                             {"gain_uncertainty_percent", 1.0}};
+                                             {"gain_uncertainty_percent", 1.0},
+                                             {"measured_check", 1}};
   const std::string html = page_of(subject).html;
   EXPECT_NE(html.find("The valve has changed since its sheet, or is another one: half dead band."), std::string::npos);
   EXPECT_NE(html.find("they differ by 0.059"), std::string::npos);
@@ -255,6 +257,13 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
   const std::string weaker = page_of(subject).html;
   EXPECT_NE(weaker.find("says: gain 3.8 mm/(V s), on the sheet 5.1."), std::string::npos) << weaker.substr(0, 8000);
   EXPECT_NE(weaker.find("Look at the supply pressure first"), std::string::npos);
+
+  (*subject.manifest)["rig"]["following"].erase("measured_check");
+  const std::string typed = page_of(subject).html;
+  EXPECT_NE(typed.find("The rig is not as [following] of its rig file says: gain 3.8 mm/(V s), there 5.1."),
+            std::string::npos);
+  EXPECT_EQ(typed.find("sheet in its rig file"), std::string::npos) << "nobody made a sheet";
+  EXPECT_NE(typed.find("Beside [following] of the rig file"), std::string::npos);
 }
 
 TEST(Page, SaysThatASmallErrorIsNoNoise) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <string>
 
 #include "config/needs_following.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/play/play.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/report.hpp"
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -178,7 +180,10 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   const play::FinishedRun run = played(text_);
   EXPECT_EQ(run.report.outcome, Outcome::faulted);
   EXPECT_EQ(run.report.fault.fault, Fault::following_error) << acquisition::describe(run.report);
-  write_ended_track(record::OpenRun(run.folder), ident::Leak{0.0171, 0.14});
+  std::ofstream(run.folder / record::kSheetFile)
+      << R"({"creep_in_per_s": {"value": 0.0171}, "gain_positive_in_per_V_s": {"value": 0.122},
+             "gain_negative_in_per_V_s": {"value": 0.122}})";
+  write_ended_track(record::OpenRun(run.folder));
   const record::NumberTable rows = record::read_number_table(run.folder / kTrackRows);
   const TrackResult ended = played_track(record::OpenRun(run.folder));
   ASSERT_EQ(rows.rows(), ended.rows.rod_in.size());
@@ -195,8 +200,27 @@ TEST_F(Track, StopsALoopWhoseRodDoesNotFollow) {
   ASSERT_EQ(subject.track.models.size(), 1U);
   EXPECT_EQ(subject.track.models[0].model, "reference");
   ASSERT_TRUE(subject.leak);
-  EXPECT_NEAR(subject.leak->as_V, 0.14, 1e-9);
+  EXPECT_NEAR(subject.leak->as_V, 0.14, 1e-3);
   EXPECT_NE(report::page_of(subject).html.find("Rod, reference and command until the trial ended"), std::string::npos);
+}
+
+TEST_F(Track, NamesTheLeakOfTheSheetAndDoesNotLeadRoundInACircle) {
+  sim().leakage_cm3_per_s_per_bar = 0.03;
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::completed) << acquisition::describe(run.report);
+  TrackResult result = track_result(record::OpenRun(run.folder));
+  ASSERT_FALSE(result.is_kept() && changes_of(result, DisplayUnit("in")).empty()) << "a leak that nothing shows";
+  EXPECT_FALSE(result.leak) << "no sheet is there";
+  EXPECT_NE(advice_of(result, DisplayUnit("in")).find("`eha characterise`"), std::string::npos);
+  std::ofstream(run.folder / record::kSheetFile)
+      << R"({"creep_in_per_s": {"value": 0.006}, "gain_positive_in_per_V_s": {"value": 0.122},
+             "gain_negative_in_per_V_s": {"value": 0.122}})";
+  result = track_result(record::OpenRun(run.folder));
+  ASSERT_TRUE(result.leak);
+  const std::string text = track_text(result, DisplayUnit("in"));
+  EXPECT_NE(text.find("repair the leak first"), std::string::npos) << text;
+  EXPECT_EQ(text.find(": `eha characterise`"), std::string::npos) << text;
+  EXPECT_EQ(text.find("with its sheet"), std::string::npos) << text;
 }
 
 TEST_F(Track, IsRefusedForAnotherRigTickOrTravel) {

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a comparison found, in words and sentences, for terminal and page.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <system_error>
+
+#include "daemon/report/comparison_page.hpp"
+#include "ident/model/parameter_text.hpp"
+
+namespace eha::report {
+
+std::string change_word(const ComparedSubject& subject, bool changed) {
+  if (!changed) return "not shown";
+  return subject.cannot_tell.empty() ? "yes" : "differs";
+}
+
+std::string left_over_word(const ComparedSubject& subject) {
+  if (!subject.left_over.changed) return "no";
+  return subject.judges_left_over && subject.cannot_tell.empty() ? "yes" : "differs";
+}
+
+bool leaves_other(const ComparedSubject& subject) { return subject.left_over.changed && subject.judges_left_over; }
+
+namespace {
+
+constexpr double kNearlyChanged = 0.5;  // of a joint half width
+
+/// What a comparison with the first run can find, the most important first.
+enum class Finding : std::uint8_t {
+  changed,
+  does_not_fit,
+  does_not_hold,
+  other_input,
+  cannot_tell,
+  leaves_other,
+  alike
+};
+
+Finding finding_of(const ComparedSubject& subject) {
+  if (subject.unfit) return Finding::does_not_fit;
+  if (!subject.cannot_tell.empty()) return subject.has_other_input ? Finding::other_input : Finding::cannot_tell;
+  if (subject.change && subject.change->changed) return Finding::changed;
+  if (!subject.first_model_holds) return Finding::does_not_hold;
+  return leaves_other(subject) ? Finding::leaves_other : Finding::alike;
+}
+
+const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
+  return subject.unfit->is_first ? first.label : subject.label;
+}
+
+}  // namespace
+
+std::string cause_sentence(const ComparedSubject& subject) {
+  if (finding_of(subject) != Finding::does_not_hold) return {};
+  const auto share = [](const ident::ParameterChange& p) {
+    return p.half_width > 0.0 ? std::abs(p.after - p.before) / p.half_width : 0.0;
+  };
+  std::string text;
+  if (subject.change) {
+    const auto& all = subject.change->parameters;
+    const auto nearest =
+        std::max_element(all.begin(), all.end(), [&](const auto& a, const auto& b) { return share(a) < share(b); });
+    if (nearest != all.end() && share(*nearest) > kNearlyChanged) {
+      text = fmt::format("Nearest to a change is {}, by {}{}, {:.0f} % of what would show. ", nearest->name,
+                         ident::rounded_to(nearest->after - nearest->before, nearest->half_width),
+                         ident::after_number(ident::unit_of(*nearest, subject.model)), 100.0 * share(*nearest));
+    }
+  }
+  return text +
+         (subject.is_tight
+              ? "By the valve sheets nothing leaks, so that dry friction or the load is another one: friction takes a "
+                "part of the gain and bends the edges of the dead band. Move the rod by hand, and look at seals, "
+                "guides "
+                "and load."
+              : "Friction, a leak or a load is another one: a valve sheet of each rig state (`eha characterise`) tells "
+                "a "
+                "leak from the other two.");
+}
+
+std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
+  switch (finding_of(subject)) {
+    case Finding::changed:
+      return fmt::format("The plant has changed{}",
+                         leaves_other(subject) ? ", and so has what the model leaves over" : "");
+    case Finding::does_not_fit:
+      return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
+                         unfit_label(first, subject));
+    case Finding::does_not_hold:
+      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed{}",
+                         first.label, subject.label,
+                         leaves_other(subject) ? "; what the model leaves over changed" : "");
+    case Finding::other_input:
+      return fmt::format(
+          "Not shown whether the plant has changed: {}, and the inputs differ",
+          subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
+    case Finding::cannot_tell:
+      return "Not shown whether the plant has changed: a record is too short";
+    case Finding::leaves_other:
+      return "No change of a parameter found, but what the model leaves over changed";
+    case Finding::alike:
+      break;
+  }
+  return "No change of a parameter found, and the first model holds";
+}
+
+std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {
+  const auto worst = std::min_element(subjects.begin() + 1, subjects.end(),
+                                      [](const auto& a, const auto& b) { return finding_of(a) < finding_of(b); });
+  const std::string text = outcome(subjects.front(), *worst);
+  return subjects.size() == 2 || is_alike(*worst) ? text : fmt::format("{}: {}", worst->label, text);
+}
+
+bool is_alike(const ComparedSubject& subject) { return finding_of(subject) == Finding::alike; }
+
+std::string unfit_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  return fmt::format(
+      "{} does not fit {}: {}. Its parameters say nothing of the plant, and no change of them is claimed.",
+      subject.model.name, unfit_label(first, subject), subject.unfit->why);
+}
+
+std::string left_over_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  const identify::LeftOver& e = subject.left_over;
+  const std::string unit = ident::after_number(subject.model.output_unit);
+  return fmt::format("What the model leaves over changed by a factor of {}, from {:.3g}{} rms on {} to {:.3g}{}.",
+                     ident::figure_text(e.after / e.before), e.before, unit, first.label, e.after, unit);
+}
+
+std::string first_model_sentence(const ComparedSubject& first, const ComparedSubject& subject) {
+  const double refit = subject.left_over.after;
+  const std::string unit = ident::after_number(subject.model.output_unit);
+  return fmt::format(
+      "The model of {} errs by {:.3g}{} rms on {}, {} times the {:.3g}{} of the model fitted there: "
+      "it {}.",
+      first.label, subject.first_model_error, unit, subject.label,
+      ident::figure_text(subject.first_model_error / refit), refit, unit, first_model_word(subject));
+}
+
+std::string first_model_word(const ComparedSubject& subject) {
+  return subject.first_model_holds ? "holds" : "does not hold";
+}
+
+std::string tested_sentence(const ident::PlantChange& change) {
+  std::vector<std::string> names;
+  for (const ident::ParameterChange& p : change.parameters) names.push_back(p.name);
+  return fmt::format(
+      "Tested: {}. Not tested: what these do not describe, as friction, leaks or noise.",
+      names.empty() ? "nothing, as no parameter of both is estimated" : fmt::format("{}", fmt::join(names, ", ")));
+}
+
+std::vector<std::string> titles_of(const std::vector<std::string>& paths) {
+  std::vector<std::string> titles;
+  std::vector<std::string> longer;
+  for (const std::string& path : paths) {
+    std::error_code ignored;
+    const std::filesystem::path whole = std::filesystem::canonical(path, ignored);
+    const std::filesystem::path& known = whole.empty() ? std::filesystem::path(path) : whole;
+    const bool is_folder = std::filesystem::is_directory(known, ignored);
+    titles.push_back((is_folder ? known.filename() : known.stem()).string());
+    std::filesystem::path above = known.parent_path();
+    // Models of two runs differ in the run's name, not in "models".
+    while (above.filename() == "models" || above.filename() == "rejected") above = above.parent_path();
+    longer.push_back(above.filename().string() + "/" + titles.back());
+  }
+  std::vector<std::string> distinct = titles;
+  for (std::size_t i = 0; i < titles.size(); ++i) {
+    if (std::count(titles.begin(), titles.end(), titles[i]) > 1) distinct[i] = longer[i];
+  }
+  return distinct;
+}
+
+}  // namespace eha::report

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/display_unit.hpp"
+#include "ident/control/axis_controller.hpp"
+
+// The valve that the motion of a rod shows.
+
+namespace eha::track {
+
+/// Length of the means about each row, which reduce the readings' noise.
+inline constexpr double kMean_s = 0.05;
+
+/// Rows of such a mean.
+[[nodiscard]] std::size_t mean_width(double tick_s);
+
+/// Means of `width` values about each row; shorter at the ends.
+[[nodiscard]] std::vector<double> means(const std::vector<double>& values, std::size_t width);
+
+inline constexpr const char* kGainUnit = "in/(V s)";
+
+/// Valve from the rod's motion, by least squares over the rows in which the rod moves:
+///   u = null + d dead_band + v / gain(d) + T v'   d the direction of the speed v
+struct SeenValve {
+  double null_V = 0.0;
+  double dead_band_V = 0.0;
+  double gain_positive_in_per_V_s = 0.0;
+  double gain_negative_in_per_V_s = 0.0;
+};
+
+/// @param command_V  a row a tick   @param rod_in  as means of mean_width() rows
+/// @returns all 0 where the rod did not move both ways
+[[nodiscard]] SeenValve seen_valve(const std::vector<double>& command_V, const std::vector<double>& rod_in,
+                                   double tick_s);
+
+/// Compares a seen valve with the controller's, a phrase each.
+[[nodiscard]] std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map,
+                                                  const DisplayUnit& unit);
+
+}  // namespace eha::track
