@@ -161,8 +161,10 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::wrong_speed:
       return fmt::format(
           "for 0.5 s the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
-          "sensor, its wire and its calibration, then [following] in the rig file",
-          shown_value, value < limit ? "at least" : "at most", shown_limit, length);
+          "sensor, its wire and its calibration, then [following] in the rig file{4}",
+          shown_value, value < limit ? "at least" : "at most", shown_limit, length,
+          value < limit ? "; a leak of cylinder or valve, or a load, slows it as well: `eha characterise` shows a leak"
+                        : "");
     case Fault::following_error:
       return fmt::format(
           "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; likely, in this "

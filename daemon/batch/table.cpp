@@ -13,10 +13,14 @@
 #include "core/terminal_text.hpp"
 #include "daemon/batch/table_text.hpp"
 #include "daemon/record/csv_field.hpp"
+#include "daemon/record/manifest.hpp"
+#include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/statistics/distributions.hpp"
 #include "ident/statistics/robust.hpp"
+#include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -57,6 +61,19 @@ Json units_of(const Json& document) {
     // A result of another version is shown without units.
   }
   return units;
+}
+
+/// Converts the models of a document of `eha fit` to a display unit.
+void show_in(const DisplayUnit& unit, Json& fit) {
+  for (Json& document : fit.at("models")) {
+    try {
+      const ident::Model model = ident::model_from_text(document.dump(), "result.json");
+      if (unit.of(model.output_unit) == model.output_unit) continue;
+      document = Json::parse(ident::to_text(ident::in_unit(model, unit)));
+    } catch (const Error&) {
+      // A result of another version is shown as it is.
+    }
+  }
 }
 
 /// Returns the members of a document of `eha fit` that do not depend on the place and time of the fit.
@@ -353,7 +370,22 @@ std::vector<WarningKind> warning_kinds(const Table& table) {
   return found;
 }
 
-Table table_of(const BatchFolder& folder) {
+std::string rig_units_of(const BatchFolder& folder) {
+  std::optional<std::string> units;
+  for (const Record& record : folder.batch().records) {
+    try {
+      if (!record::is_run_folder(record.source)) continue;
+      std::string own = record::rig_units(record::read_manifest(record.source).other);
+      if (units && *units != own) return {};
+      units = std::move(own);
+    } catch (const Error&) {
+      // Its row says why it cannot be read.
+    }
+  }
+  return units.value_or("");
+}
+
+Table table_of(const BatchFolder& folder, const DisplayUnit& unit) {
   Table table;
   for (const Record& record : folder.batch().records) {
     Row row{.record = record,
@@ -368,6 +400,7 @@ Table table_of(const BatchFolder& folder) {
       row.judged = is_judged(*result);
       row.warnings = warnings_in(result->message);
       if (row.judged) {
+        show_in(unit, result->fit);
         row.fit = essence_of(result->fit);
         row.recommended = recommended_in(row.fit);
         row.figures = figures_of(result->fit, row.recommended);

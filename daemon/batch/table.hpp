@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "daemon/batch/batch_folder.hpp"
 
 namespace eha::batch {
@@ -129,8 +130,12 @@ struct NotCompared {
 ///
 /// A trend is reported by Mann and Kendall's test at kOutlierLevel, shared among the parameters; its size is that of
 /// Theil and Sen's line. At least ten records are needed.
+/// @param unit  of lengths; by default that of each record
 /// @throws as BatchFolder::result
-[[nodiscard]] Table table_of(const BatchFolder& folder);
+[[nodiscard]] Table table_of(const BatchFolder& folder, const DisplayUnit& unit = {});
+
+/// Unit of lengths of the rig whose runs the batch has; empty without a run, or if they differ.
+[[nodiscard]] std::string rig_units_of(const BatchFolder& folder);
 
 /// One row a record and model: record, source, verdict, validation, and each parameter with its interval.
 [[nodiscard]] std::string to_csv(const Table& table);

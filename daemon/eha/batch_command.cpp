@@ -139,8 +139,10 @@ std::string skipped_text(const std::vector<batch::Skipped>& skipped, const fs::p
 
 /// @param skipped  lines on what is no record
 ExitCode print_table(const batch::BatchFolder& folder, Console& console, const std::string& skipped = {}) {
-  const batch::Table table = batch::table_of(folder);
-  std::vector<fs::path> files = batch::write_table(folder, table);
+  const batch::Table stored = batch::table_of(folder);
+  const DisplayUnit unit = console.unit(batch::rig_units_of(folder));
+  const batch::Table table = batch::table_of(folder, unit);
+  std::vector<fs::path> files = batch::write_table(folder, stored);
   const report::Page page = batch::page_of(table);
   for (const std::string& sentence : page.missing) console.warning(sentence);
   files.push_back(folder.path() / "report.html");
@@ -211,7 +213,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
         "same options (eha import FILE OPTIONS -o NAME.csv) and name NAME.csv in its place, in a new folder (-o)\n";
   }
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
-  console.print_json(batch::to_json(table));
+  console.print_json(batch::to_json(stored));
   console.print(text);
   if (table.missing > 0) console.next_step("eha batch merge PART... -o " + shell_word(folder.path().string()));
   return failed > 0 ? ExitCode::bad_data : ExitCode::ok;

@@ -3,8 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "config/controller_config.hpp"
@@ -39,6 +41,18 @@ struct ExportCommand {
   std::optional<ident::FrequencyInterval> band = {};  ///< none: the model's own
   std::optional<std::filesystem::path> output = {};   ///< none: standard output
 };
+
+/// Writes the text of a function, not over what no export has written. @throws UsageError
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  constexpr std::array<std::string_view, 8> kData{".csv", ".tsv", ".dat", ".mat", ".h5", ".hdf5", ".toml", ".xlsx"};
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) &&
+      std::find(kData.begin(), kData.end(), path.extension()) != kData.end()) {
+    throw UsageError(fmt::format("-o {}: a file of data is there, which a function would replace; name another file",
+                                 path.string()));
+  }
+  os::write_file_atomically(path, text);
+}
 
 std::string export_footer() {
   std::string text = "\nFormats of a model:\n";
@@ -107,7 +121,7 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
         "Python has a module io of its own, which `import io` gives; choose another file name: -o eha_io.py");
   }
   const std::string text = format.text(exported, function);
-  if (command.output) os::write_file_atomically(*command.output, text);
+  if (command.output) write_text(*command.output, text);
   if (console.json()) {
     nlohmann::ordered_json document{{"schema", "eha-export-result/1"},
                                     {"source", command.source},
@@ -184,7 +198,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
     if (function == name) function += "_controller";
   }
   const std::string text = format->text(exported, function);
-  if (command.output) os::write_file_atomically(*command.output, text);
+  if (command.output) write_text(*command.output, text);
   if (console.json()) {
     nlohmann::ordered_json document{{"schema", "eha-export-result/1"},
                                     {"source", command.source},

@@ -208,10 +208,11 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
     console.print(fmt::format("{} would give {:.3g} in {:g} s", *command.experiment_file, *with_base,
                               task.options.discard_s + 2.0 * task.period_s));
   }
+  const DisplayUnit unit = console.unit(rig.units);
   console.print(fmt::format(
-      "{} tones, peak {:.3g} V, fastest change {:.3g} V/s, predicted travel {:.3g} to {:.3g} in; the {} limit binds",
-      found.tones.size(), found.peak_V, found.peak_slew_V_per_s, found.lowest_output, found.highest_output,
-      ident::text(found.binding)));
+      "{} tones, peak {:.3g} V, fastest change {:.3g} V/s, predicted travel {:.3g} to {:.3g} {}; the {} limit binds",
+      found.tones.size(), found.peak_V, found.peak_slew_V_per_s, unit.factor("in") * found.lowest_output,
+      unit.factor("in") * found.highest_output, unit.of("in"), ident::text(found.binding)));
   if (!answer.reached) {
     console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
   }

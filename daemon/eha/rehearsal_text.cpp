@@ -48,9 +48,9 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
     return fmt::format("{}: `{}` first", stands, move_to_middle(rehearsed.rig, rehearsed.player, unit));
   }
   return fmt::format(
-      "{}: put [start] with displacement_in = {:.3g} into it; a simulated rig of --local begins each time where {} "
+      "{}: put [start] with displacement_{} = {:.3g} into it; a simulated rig of --local begins each time where {} "
       "says, whatever was moved before",
-      stands, middle_in, rehearsed.rig.file_name);
+      stands, unit.of("in"), unit.factor("in") * middle_in, rehearsed.rig.file_name);
 }
 
 /// "[start] is 0.2 in from the limit of 5.75 in", in the unit of its key; empty without one.
@@ -152,7 +152,7 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
       "{}: the rod stands at {:.3f} {}, {}, from where no experiment is played: {}", experiment_file,
       unit.factor("in") * place_in, unit.of("in"), beyond,
       begins_anew(rig, player)
-          ? fmt::format("set initial_displacement_in of [sim] in {}, where it begins each time", rig.file_name)
+          ? fmt::format("set where it begins each time, initial_displacement_in (or _mm) of [sim] in {}", rig.file_name)
           : "look at the rod, then " + move_to_middle(rig, player, unit)));
 }
 

@@ -128,7 +128,15 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
       return;
     }
   }
-  if (state == "fitting") console_.progress(1.0, "fitting");
+  if (state != "fitting") return;
+  const Json worker = status.value("worker", Json());
+  const std::int64_t fitted = worker.is_object() ? worker.value("entry", experiment) : experiment;
+  if (fitted == experiment) {
+    console_.progress(1.0, "fitting");
+  } else if (const std::string reason = fmt::format("the fit of {}", fitted); reason != reason_) {
+    console_.info(fmt::format("{} is recorded and waits for {}", name_of(entry, experiment), reason));
+    reason_ = reason;
+  }
 }
 
 void RunFollower::end_long_wait(std::int64_t experiment, const std::string& waits_for) {

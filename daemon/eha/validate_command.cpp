@@ -110,6 +110,16 @@ void note_other_step(const ident::Model& model, const ValidateCommand& command, 
   }
 }
 
+/// A model follows the record that it was fitted to, whatever it would do on another one.
+void warn_of_own_record(const ident::Model& model, const std::string& source, const Console& console) {
+  std::error_code not_there;
+  const std::string record = record_of(model);
+  if (record.empty() || !std::filesystem::equivalent(record, source, not_there)) return;
+  console.warning(fmt::format(
+      "{} was estimated on this record, which proves nothing of it: score it on a record that it has not seen",
+      model.name));
+}
+
 /// The nonlinear effect that a model's own record shows, where another record shows another one; else empty.
 std::string effect_beside(const ident::Model& model, const ident::ValidationReport& other) {
   const auto shown = [](const std::optional<ident::ValidationReport>& validation) {
@@ -148,6 +158,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
   };
   if (const auto hint = identify::size_hint(source, decimation, with_decimation)) console.info(hint->sentence);
+  warn_of_own_record(model, command.source, console);
   note_other_step(model, command, options.decimation * source.record.step_s, decimation, console);
   identify::ScoredModel scored_here;
   try {

@@ -121,8 +121,8 @@ TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
   folder.write("rig.toml", rig);
   const std::string paper = source_file("config/experiments/paper.toml");
   const std::string way =
-      "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: set "
-      "initial_displacement_in of [sim] in rig.toml, where it begins each time";
+      "2.540 mm beyond the lower travel limit of 3.810 mm, from where no experiment is played: "
+      "set where it begins each time, initial_displacement_in (or _mm) of [sim] in rig.toml";
   for (const std::vector<std::string>& words : {std::vector<std::string>{"check", paper, "--rig", "rig.toml"},
                                                 {"run", paper, "--local", "--fast", "--rig", "rig.toml"}}) {
     const Ended ended = run_eha(words, folder.path());

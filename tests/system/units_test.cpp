@@ -138,7 +138,7 @@ TEST_F(MillimetreRig, ShowsNoInches) {
        "wrong.toml"},
       {"characterise", "--local", "--fast", "--rig", "rig.toml", "-o", "sheets"},
       {"design", "short.toml", "--rig", "rig.toml"},
-      {"batch", run, "-o", "batch", "--", "--model", "io1"}};
+      {"batch", run, "-o", "batch", "--", "--model", "integrator_lag"}};
   for (const std::vector<std::string>& command : commands) {
     const Ended ended = eha(command);
     std::string name = "eha";
@@ -146,7 +146,7 @@ TEST_F(MillimetreRig, ShowsNoInches) {
     EXPECT_NE(ended.code, 1) << name << ended.err;
     expect_no_inches(name, ended.out + ended.err);
   }
-  for (const char* page : {"changes.html", "report.html", "axis_again.html"}) {
+  for (const char* page : {"changes.html", "report.html", "axis_again.html", "batch/report.html"}) {
     expect_no_inches(page, content_of(folder_->path() / page));
   }
   for (const char* runs : {"tracks", "cycles"}) {
