@@ -146,10 +146,10 @@ const toml::node* Section::find(std::string_view key, std::string_view expected,
     document_->positions[path(key)] = place(node->source());
   } else if (need == Need::required) {
     const Position position = path_.empty() ? Position{} : place(table_->source());
-    const bool is_bare = table_->empty() && !path_.empty();
-    document_->issues.add(
-        position, path(key), expected,
-        is_bare ? "no such key in a table without keys; without the table leave its header out, too" : "no such key");
+    // Its keys are commented out for a valve that is to be measured anew.
+    const bool is_bare = table_->empty() && path_ == "following";
+    document_->issues.add(position, path(key), expected,
+                          is_bare ? "a table without keys; leave the line [following] out, too" : "no such key");
   }
   return node;
 }

@@ -87,8 +87,10 @@ RowFigures figures_of(const Json& fit, const std::string& recommended) {
       if (!model.validation && !model.estimation) break;
       const ident::Score& score = model.validation ? model.validation->score : model.estimation->score;
       figures.fit_percent = fmt::format("{:.1f}", score.fit_percent);
-      figures.error =
-          fmt::format("{:.3g} {}", std::max(std::abs(score.error_min), std::abs(score.error_max)), model.output_unit);
+      // The greatest error of the samples that estimated is not kept.
+      const double greatest = std::max(std::abs(score.error_min), std::abs(score.error_max));
+      figures.error = model.validation ? fmt::format("{:.3g} {}", greatest, model.output_unit)
+                                       : fmt::format("{:.3g} {} (rms)", std::sqrt(score.mse), model.output_unit);
       figures.form = ident::engineering_form(model);
     } catch (const Error&) {  // of another version
     }

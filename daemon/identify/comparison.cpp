@@ -247,9 +247,11 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   scored.change = ident::compare_parameters(model, scored.refit->model, level);
   judge_plant(scored, model, source);
   if (model.input_map) return;
-  scored.cannot_tell = too_short(ident::compared_s(scored.refit->model), ident::compared_s(model),
-                                 fmt::format("the record of {}", model.name));
-  if (!scored.cannot_tell.empty()) scored.of_another_plant = false;
+  const std::string is_short = too_short(ident::compared_s(scored.refit->model), ident::compared_s(model),
+                                         fmt::format("the record of {}", model.name));
+  if (is_short.empty()) return;
+  scored.cannot_tell = is_short;
+  scored.of_another_plant = false;
 }
 
 ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,

@@ -63,7 +63,8 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   } else if (shift) {
     remark.to_do =
         "Compensate nothing by these numbers: for a controller take null and dead band of the valve sheet (eha "
-        "characterise), or of [following] in the rig file where it is from a sheet: `eha tune --sheet RUN` takes them.";
+        "characterise), or of [following] in the rig file where it is from a sheet; eha tune takes them with its "
+        "option --sheet.";
   } else {
     remark.to_do =
         fmt::format("A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
@@ -72,7 +73,7 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   if (!shift && model.verdict && may_miss_a_part(*model.verdict)) {
     remark.to_do +=
         " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
-        "controller take those of the valve sheet (`eha characterise`): `eha tune --sheet RUN` takes them.";
+        "controller take those of the valve sheet (`eha characterise`); eha tune takes them with its option --sheet.";
   }
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty())
     remark.seen += " " + capitalised(note) + ".";

@@ -109,7 +109,7 @@ std::string characterise(const RigAccess& rig) {
 std::string sheet_into_rig_file(const RigAccess& rig, const std::string& run) {
   std::string command = fmt::format("eha characterise {} -o {}", shell_word(run), shell_word(rig.new_rig_file));
   if (!rig.is_local) return through(rig.socket, std::move(command));
-  if (!rig.rig_file.empty()) command += " --rig " + shell_word(rig.rig_file);
+  if (!rig.rig_file.empty()) command += " --local --rig " + shell_word(rig.rig_file);
   return command;
 }
 

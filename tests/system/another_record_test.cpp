@@ -92,8 +92,13 @@ TEST(InputBetweenRows, IsTakenAsTheModelTookIt) {
         << ended.err;
     const Ended held = run_eha({"validate", "m/integrator_lag.json", record, "--intersample", "zoh"}, folder.path());
     EXPECT_EQ(held.err.find("straight lines"), std::string::npos) << held.err;
-    EXPECT_EQ(held.code, 3) << held.out;
-    EXPECT_NE((held.out + held.err).find(" --intersample zoh -o comparison.html"), std::string::npos) << held.out;
+    // Of an input that differs from that of the model's own record, a wrong one between the rows can be the cause.
+    if (record == std::string("a.csv")) {
+      EXPECT_EQ(held.code, 3) << held.out;
+      EXPECT_NE((held.out + held.err).find(" --intersample zoh -o comparison.html"), std::string::npos) << held.out;
+    } else {
+      EXPECT_NE(held.out.find("cannot tell whether it is of this plant"), std::string::npos) << held.out;
+    }
     const Ended compared = run_eha({"compare", "m/integrator_lag.json", record, "--json"}, folder.path());
     EXPECT_EQ(nlohmann::json::parse(compared.out).at("models").at(0).at("plant"), "this") << compared.out;
   }

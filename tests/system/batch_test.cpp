@@ -203,7 +203,10 @@ TEST_F(Batch, TakesNamesAsTheyAreOrRefusesThem) {
   const Ended ended = batch({"batch", "names", "names.list", "-o", "names_out"});
   EXPECT_EQ(ended.code, 0) << ended.err;
   folder_->write("names/caf\xe9.csv", record_text(2));
-  const Ended refused = batch({"batch", "names", "-o", "other_names"});
+  const Ended without = batch({"batch", "names", "-o", "other_names"});
+  EXPECT_EQ(without.code, 0) << without.err;
+  EXPECT_NE(without.out.find("its name is not UTF-8"), std::string::npos) << without.out;
+  const Ended refused = batch({"batch", path("names/caf\xe9.csv").string(), "-o", "no_names"});
   EXPECT_EQ(refused.code, 2);
   EXPECT_NE(refused.err.find("not UTF-8"), std::string::npos) << refused.err;
 }

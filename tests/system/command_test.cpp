@@ -36,21 +36,22 @@ TEST(Command, WithoutStandardStreamsWritesItsMessagesIntoNoFile) {
       output_of_shell(fmt::format("cd {} && {} goto 3in --local --fast --rig {} <&- >&- 2>&-; echo \"ended: $?\"",
                                   folder.path().string(), EHA_PROGRAM, source_file("config/rigs/sim.toml").string()));
   EXPECT_EQ(said, "ended: 0\n");
-  EXPECT_TRUE(std::filesystem::exists(folder.path() / "runs/latest/raw.h5"));
+  const std::filesystem::path run = std::filesystem::directory_iterator(folder.path() / "runs")->path();
+  EXPECT_EQ(json::parse(content_of(run / "run.json")).at("outcome"), "completed");
 }
 
 TEST(Command, ExportsOverNoRecordAndValidatesOnAnotherOneThanTheModelsOwn) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(source_file("config/records/bench.csv"), folder.path() / "bench.csv");
   const std::string record = content_of(folder.path() / "bench.csv");
-  ASSERT_EQ(run_eha({"fit", "bench.csv", "--model", "io", "--poles", "1", "-o", "models"}, folder.path()).code, 0);
-  expect_refused(folder, {"export", "models/io.json", "--format", "octave", "-o", "bench.csv"}, ExitCode::usage,
-                 {"a file of data is there"});
+  ASSERT_EQ(run_eha({"fit", "bench.csv", "--model", "integrator_lag_valve", "-o", "models"}, folder.path()).code, 0);
+  expect_refused(folder, {"export", "models/integrator_lag_valve.json", "--format", "octave", "-o", "bench.csv"},
+                 ExitCode::usage, {"a file of data is there"});
   EXPECT_EQ(content_of(folder.path() / "bench.csv"), record);
-  const Ended own = run_eha({"validate", "models/io.json", "bench.csv"}, folder.path());
+  const Ended own = run_eha({"validate", "models/integrator_lag_valve.json", "bench.csv"}, folder.path());
   EXPECT_NE(own.err.find("was estimated on this record, which proves nothing of it"), std::string::npos) << own.err;
   std::filesystem::copy_file(folder.path() / "bench.csv", folder.path() / "other.csv");
-  const Ended other = run_eha({"validate", "models/io.json", "other.csv"}, folder.path());
+  const Ended other = run_eha({"validate", "models/integrator_lag_valve.json", "other.csv"}, folder.path());
   EXPECT_EQ(other.err.find("proves nothing"), std::string::npos) << other.err;
 }
 

@@ -179,7 +179,7 @@ TEST_F(Commission, KeepsWhatATrialShowedThatAFaultEnded) {
   EXPECT_EQ(again.code, 3) << again.err;
   EXPECT_THAT(again.err, HasSubstr("dead band"));
   EXPECT_EQ(run_eha({"report", run.string(), "-o", "changed.html"}, folder_->path()).code, 0);
-  EXPECT_THAT(content_of(file("changed.html")), HasSubstr("It is a controller"));
+  EXPECT_THAT(content_of(file("changed.html")), HasSubstr("the promise is not kept"));
 }
 
 TEST_F(Commission, RefusesARigFileThatHasChangedSinceItBegan) {

@@ -13,6 +13,7 @@
 #include "daemon/batch/batch_page.hpp"
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/table_text.hpp"
+#include "ident/model/model_file.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {
@@ -222,15 +223,19 @@ TEST(BatchPage, BeginsWithTheWorstThatWasFound) {
 }
 
 TEST(BatchTable, HasFiguresOfARecordThatWasAllEstimatedOn) {
-  const Json fit = Json::parse(
-      R"({"models": [{"schema": "eha-model/1", "name": "io1",
-          "transfer_function": {"numerator": [{"coefficient": 2, "order": 0}],
-                                "denominator": [{"coefficient": 1, "order": 1}, {"coefficient": 1, "order": 0}]},
-          "estimation": {"r2_percent": 99, "mse": 0.01, "fit_percent": 90.25, "error_min": -0.3, "error_max": 0.2,
-                         "samples": 100}}]})");
+  ident::Model model;
+  model.name = "io1";
+  model.output_unit = "in";
+  model.transfer_function = {{{2.0, 0.0}}, {{1.0, 1.0}, {1.0, 0.0}}};
+  model.estimation.emplace();
+  model.estimation->score.samples = 100;
+  model.estimation->score.mse = 0.01;
+  model.estimation->score.r2_percent = 99.0;
+  model.estimation->score.fit_percent = 90.25;
+  const Json fit{{"models", Json::array({Json::parse(ident::to_text(model))})}};
   const RowFigures figures = figures_of(fit, "io1");
   EXPECT_EQ(figures.fit_percent, "90.2");
-  EXPECT_EQ(figures.error.rfind("0.3", 0), 0U) << figures.error;
+  EXPECT_EQ(figures.error, "0.1 in (rms)");
   EXPECT_FALSE(figures.form.empty());
 }
 

@@ -49,7 +49,7 @@ TEST(ShortReport, WithAllReasonsPromisesNoMore) {
     reasons.push_back(std::string("The ") + name + " thing is wrong; do the " + name + " thing.");
   }
   const std::string some = short_report(answer, {});
-  EXPECT_NE(some.find("and 2 more; -v gives all"), std::string::npos) << some;
+  EXPECT_NE(some.find("and 3 more; -v gives all"), std::string::npos) << some;
   const std::string all = short_report(answer, {}, Reasons::all);
   EXPECT_NE(all.find("do the fifth thing."), std::string::npos) << all;
   EXPECT_EQ(all.find("-v"), std::string::npos) << all;

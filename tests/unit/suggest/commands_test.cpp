@@ -26,7 +26,7 @@ TEST(Suggestions, NameTheServiceOfARunOfTheService) {
   EXPECT_EQ(read(rig), "eha read --socket /tmp/s");
   EXPECT_EQ(characterise({}), "eha characterise -o rig-new.toml");
   EXPECT_EQ(sheet_into_rig_file({.is_local = true, .rig_file = "my rig.toml"}, "runs/a"),
-            "eha characterise runs/a -o rig-new.toml --rig 'my rig.toml'");
+            "eha characterise runs/a -o rig-new.toml --local --rig 'my rig.toml'");
 }
 
 TEST(Suggestions, CompleteWhatATextNamesInShort) {
