@@ -30,7 +30,8 @@ namespace {
 constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kShortestStay = 5;
 constexpr double kBulgeOverNoise = 3.0;
-constexpr double kBeyond = 0.5;  // of the estimating range: a linear model has no other gain there
+constexpr double kFeedsBack = 0.001;  // the level of the verdict on feedback
+constexpr double kBeyond = 0.5;       // of the estimating range: a linear model has no other gain there
 constexpr double kBeyondWithMap = 0.1;
 
 /// Value of a parameter of a model whose terms stand by rising order.
@@ -271,7 +272,13 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
   }
   report.sensor_step = sensor_step(record, all_measured - all_simulated);
-  report.input_noise = input_noise_left_over(result.model, outputs, all_measured - all_simulated);
+  // Where only the input that follows goes with what is left over, a controller made its noise, which the plant got.
+  const auto& future = report.tests->future_input;
+  const bool is_fed_back =
+      future && future->degrees > 0 && future->p < kFeedsBack && report.tests->input.p >= kFeedsBack;
+  if (!is_fed_back) {
+    report.input_noise = input_noise_left_over(result.model, outputs, all_measured - all_simulated);
+  }
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
     report.extrapolated_percent = extrapolated_percent(input, estimated, map ? kBeyondWithMap : kBeyond);
