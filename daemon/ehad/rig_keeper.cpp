@@ -20,6 +20,7 @@ namespace {
 constexpr std::chrono::milliseconds kIdleRead{20};
 /// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
+// A rod whose hydraulics are off moves less, but by hand.
 constexpr double kMoves_in = 0.1;
 constexpr std::chrono::milliseconds kMovesWithin{500};
 

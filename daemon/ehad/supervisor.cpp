@@ -270,17 +270,19 @@ void Supervisor::poll(Clock::time_point now) {
 
 void Supervisor::poll_rod(Clock::time_point now) {
   const std::optional<double> moved_in = rig_.notices_motion();
-  if (!moved_in || active_ || now < silent_until_) return;
+  if (!moved_in || active_) return;
+  const bool is_at_stake = rig_.is_armed() || rig_.is_arming();
+  if (!is_at_stake && now < silent_until_) return;
   silent_until_ = now + kSilence;
   const DisplayUnit unit(rig_.config()->units);
   const std::string why = fmt::format(
       "the rod's reading moved by {:.2g} {} within half a second with the hydraulics off: look at the rod; if it "
-      "moves, "
-      "use the emergency stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the "
+      "moves, use the emergency stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it "
+      "stands, the "
       "sensor or its wire has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
   spdlog::critical("{}", why);
-  if (rig_.is_armed() || rig_.is_arming()) {
+  if (is_at_stake) {
     disarm_rig(why, LeaseFate::kept);
   } else if (queue_.open_fault() == nullptr) {
     disarmed_because_ = why;

@@ -188,6 +188,7 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
 }
 
 void Supervisor::take_back(Entry& entry, const fs::path& folder) {
+  const bool was_stopped = active_->stop->count() > 0;
   active_.reset();
   disk_thread_.ask(
       [folder] {
@@ -199,7 +200,11 @@ void Supervisor::take_back(Entry& entry, const fs::path& folder) {
   entry.state = EntryState::waiting;
   hold_for_lost_client(entry);
   update_inhibitor();
-  start_next();
+  if (was_stopped) {
+    disarm_rig("stopped before the run began", LeaseFate::kept);
+  } else {
+    start_next();
+  }
 }
 
 }  // namespace eha::service

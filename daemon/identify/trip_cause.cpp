@@ -119,8 +119,7 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
 std::string remedy_of(const TripCause& cause) {
   if (cause.is_of_sensor) {
     return "look at the sensor's supply, cable, shield and earth (`eha read` shows its noise), or put a low-pass "
-           "filter "
-           "of some 100 Hz before the card's input";
+           "filter of some 100 Hz before the card's input";
   }
   if (cause.offset_V) {
     return fmt::format("set offset_V = {:.3f} in [excitation] of the experiment file, or add [hold]", *cause.offset_V);

@@ -30,8 +30,7 @@ namespace {
 constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kShortestStay = 5;
 constexpr double kBulgeOverNoise = 3.0;
-constexpr double kFeedsBack = 0.001;  // the level of the verdict on feedback
-constexpr double kBeyond = 0.5;       // of the estimating range: a linear model has no other gain there
+constexpr double kBeyond = 0.5;  // of the estimating range: a linear model has no other gain there
 constexpr double kBeyondWithMap = 0.1;
 
 /// Value of a parameter of a model whose terms stand by rising order.
@@ -275,7 +274,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   // Where only the input that follows goes with what is left over, a controller made its noise, which the plant got.
   const auto& future = report.tests->future_input;
   const bool is_fed_back =
-      future && future->degrees > 0 && future->p < kFeedsBack && report.tests->input.p >= kFeedsBack;
+      future && future->degrees > 0 && future->p < kFeedbackLevel && report.tests->input.p >= kFeedbackLevel;
   if (!is_fed_back) {
     report.input_noise = input_noise_left_over(result.model, outputs, all_measured - all_simulated);
   }

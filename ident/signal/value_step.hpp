@@ -7,7 +7,7 @@ namespace eha::ident {
 
 /// The step of a coarsely rounded signal: the least difference of two of its values, of which all are whole multiples.
 /// @returns 0 for fewer than 20 rows or three values, for more values than a fifth of the rows or 300, and off a grid
-/// Cost O(N log N).
+/// Cost O(N log N), of a fine signal O(N).
 [[nodiscard]] double value_step(std::span<const double> values);
 
 }  // namespace eha::ident

@@ -75,9 +75,10 @@ bool is_flat_above(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const RealFft transform(length);
   std::vector<double> signal(length, 0.0);
   const Eigen::Index rows = input.size();
+  const double mean = input.mean();
   for (Eigen::Index k = 0; k < rows; ++k) {
     const double window = std::sin(std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(rows));
-    signal[static_cast<std::size_t>(k)] = window * window * (input[k] - input.mean());
+    signal[static_cast<std::size_t>(k)] = window * window * (input[k] - mean);
   }
   std::vector<std::complex<double>> spectrum(transform.bins());
   transform.forward(signal, spectrum);

@@ -12,6 +12,9 @@
 
 namespace eha::ident {
 
+/// Below this probability the test of the residual with future input shows that a controller made the input.
+inline constexpr double kFeedbackLevel = 0.001;
+
 /// Part of a record that a model is tested on. All its rows are compared rows.
 struct TestedPart {
   Eigen::VectorXd residual;          ///< n samples [output unit]

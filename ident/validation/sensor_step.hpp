@@ -13,6 +13,7 @@ namespace eha::ident {
 /// The step of a record's coarse output where rounding to it makes much of what a model leaves over.
 /// @param residual  at the compared rows
 /// @returns none where rounding makes less than kShownByRounding of the residual's power
+/// Cost: value_step() of the output.
 [[nodiscard]] std::optional<SensorStep> sensor_step(const Record& record, const Eigen::VectorXd& residual);
 
 /// From this share of the residual's power on rounding limits the answer.
@@ -23,6 +24,7 @@ inline constexpr double kShownByRounding = 0.3;
 /// deviation of rounding, step / sqrt(12).
 /// @param first  first compared row wanted
 /// @returns rows by m; m is 0 for an output without a step
+/// Cost: value_step() of the output, and O(N) a column.
 [[nodiscard]] Eigen::MatrixXd rounded_stays(const Record& record, const Comparison& comparison, Eigen::Index first);
 
 }  // namespace eha::ident

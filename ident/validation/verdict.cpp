@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
 
 namespace eha::ident {
@@ -19,7 +20,6 @@ namespace {
 constexpr double kResidualLevel = 0.01;  // of each residual test
 constexpr double kCloseFit_percent = 95.0;
 constexpr double kExactFit_percent = 99.9;  // what is left is small beside every use, whatever it is a multiple of
-constexpr double kFeedbackLevel = 0.001;    // of the test of the residual with future input
 constexpr double kMostError_percent = 5.0;  // of the output's standard deviation
 constexpr double kMostInputNoise_percent = 10.0;  // of the residual's power
 constexpr double kFewestLevels = 3.0;             // of an input that tells of other amplitudes

@@ -129,35 +129,55 @@ TEST(ServiceHost, AnExperimentThatTakesMinutesToCheckDelaysNeitherOthersNorTheEn
   EXPECT_LT(steady_clock::now() - begun, kPrompt);
 }
 
-TEST(ServiceHost, TakesARunBackWhoseClientIsLostWhileItsFolderIsMade) {
-  Daemon daemon;
-  const fs::path hangs = daemon.folder() / "hangs";
-  daemon.set_environment(std::string("LD_PRELOAD=") + EHA_HOST_TRAP_LIBRARY);
-  daemon.set_environment("EHA_TRAP_HANGS=" + hangs.string());
-  daemon.start();
-  Client client(daemon.socket());
-  client.call("arm");
-  std::ofstream(hangs) << "while this is there";
-  const auto is_in = [&](std::int64_t entry, const char* state) {
+/// A service whose disk hangs at the folder of a run, for as long as a file is there.
+class ServiceWithAHangingDisk : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    daemon_.set_environment(std::string("LD_PRELOAD=") + EHA_HOST_TRAP_LIBRARY);
+    daemon_.set_environment("EHA_TRAP_HANGS=" + hangs().string());
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+    client_->call("arm");
+    std::ofstream(hangs()) << "while this is there";
+  }
+  [[nodiscard]] fs::path hangs() const { return daemon_.folder() / "hangs"; }
+  bool is_in(std::int64_t entry, const char* state) {
     const auto deadline = steady_clock::now() + kGenerous;
-    while (entry_of(daemon, entry).at("state") != state && steady_clock::now() < deadline) {
+    while (entry_of(daemon_, entry).at("state") != state && steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    return entry_of(daemon, entry).at("state") == state;
-  };
-  std::int64_t attached = 0;
-  {
-    Client other(daemon.socket());
-    attached =
-        other.call("submit", {{"experiment", quiet_experiment_text("attached", 2.0)}, {"fast", true}}).at("entry");
-    ASSERT_TRUE(is_in(attached, "running"));
+    return entry_of(daemon_, entry).at("state") == state;
   }
-  // An answer to what was asked after the loss shows that the service knows of it.
-  for (int i = 0; i < 3; ++i) client.call("status");
-  fs::remove(hangs);
-  EXPECT_TRUE(is_in(attached, "held")) << entry_of(daemon, attached);
-  EXPECT_EQ(client.call("status").at("state"), "armed");
-  EXPECT_EQ(daemon.log().find("runs in "), std::string::npos) << daemon.log();
+  /// Submits an experiment whose connection is lost while its folder is made; the disk then goes on.
+  std::int64_t lose_client(bool stops) {
+    std::int64_t attached = 0;
+    {
+      Client other(daemon_.socket());
+      attached =
+          other.call("submit", {{"experiment", quiet_experiment_text("attached", 2.0)}, {"fast", true}}).at("entry");
+      EXPECT_TRUE(is_in(attached, "running"));
+      if (stops) client_->call("stop");
+    }
+    // An answer to what was asked after the loss shows that the service knows of it.
+    for (int i = 0; i < 3; ++i) client_->call("status");
+    fs::remove(hangs());
+    EXPECT_TRUE(is_in(attached, "held")) << entry_of(daemon_, attached);
+    EXPECT_EQ(daemon_.log().find("runs in "), std::string::npos) << daemon_.log();
+    return attached;
+  }
+
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceWithAHangingDisk, TakesARunBackWhoseClientIsLostMeanwhile) {
+  lose_client(false);
+  EXPECT_EQ(client_->call("status").at("state"), "armed");
+}
+
+TEST_F(ServiceWithAHangingDisk, KeepsAStopOfARunThatIsTakenBack) {
+  lose_client(true);
+  EXPECT_EQ(client_->call("status").at("state"), "idle");
 }
 
 class ServiceSuspend : public ::testing::Test {
