@@ -63,6 +63,14 @@ Eigen::VectorXd plain_residual(const LocalOptimum& chosen, const ComparedRecord&
       .residual(chosen.best.theta, chosen.best.point.linear);
 }
 
+/// Whether the rows at rest belong to so many stays that their errors are noise, whose correlation the residual shows;
+/// of few stays it shows too little.
+bool are_many(const Eigen::MatrixXd& stays) {
+  constexpr double kMany = 8.0;  // of equal length
+  const Eigen::ArrayXd rows = stays.colwise().squaredNorm().transpose();
+  return rows.sum() * rows.sum() > kMany * rows.square().sum();
+}
+
 /// What the error of the recorded input leaves in the output, and what rounding leaves of it, at the measured rows of
 /// the estimating part.
 Eigen::MatrixXd known_errors_at_estimated(const Model& model, const PreparedRecord& prepared,
@@ -71,7 +79,8 @@ Eigen::MatrixXd known_errors_at_estimated(const Model& model, const PreparedReco
   estimating.count = prepared.rows.estimating;
   OutputOnRecord outputs(prepared.record, estimating);
   const Eigen::MatrixXd walk = input_walk(model, outputs, 0, residual, prepared.input_error_std());
-  const Eigen::MatrixXd stays = rounded_stays(prepared.record, estimating, 0);
+  Eigen::MatrixXd stays = rounded_stays(prepared.record, estimating, 0);
+  if (are_many(stays)) stays.conservativeResize(Eigen::NoChange, 0);
   Eigen::MatrixXd errors(walk.rows(), walk.cols() + stays.cols());
   errors << walk, stays;
   return outputs.measured_rows().of_columns(errors);

@@ -34,6 +34,13 @@ struct Leak {
 [[nodiscard]] std::string leak_finding(const Leak& leak, const DisplayUnit& unit);
 
 /// What comes first on a rig that leaks.
-inline constexpr const char* kRepairFirst = "repair the leak first, then `eha characterise`, then `eha tune`";
+inline constexpr const char* kRepairFirst =
+    "repair the leak first; then `eha characterise`, the experiment again with the new rig file, and `eha tune` with "
+    "that run";
+
+/// What comes first where the moving rod shows another valve, and no sheet tells whether oil leaks.
+inline constexpr const char* kMeasureFirst =
+    "`eha characterise` measures the valve and shows a leak, which is to be repaired first; then play the model's "
+    "experiment again with the new rig file, and `eha tune` with that run";
 
 }  // namespace eha::ident
