@@ -62,8 +62,9 @@ std::string first_step(const Subject& subject) {
 bool has_tripped(const Subject& subject) { return subject.part("outcome") == "faulted"; }
 
 std::string first_after_trial(const Subject& subject) {
-  return subject.leak ? std::string(ident::kRepairFirst)
-                      : "correct what ended the trial, then play it again with `eha track`";
+  if (subject.leak) return ident::kRepairFirst;
+  if (!subject.trial_changes.empty() || !subject.trial_stood.empty()) return ident::kMeasureFirst;
+  return "correct what ended the trial, then play it again with `eha track`";
 }
 
 std::string against_end(const Subject& subject) {

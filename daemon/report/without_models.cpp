@@ -41,10 +41,6 @@ std::string box_of_trial(const Subject& subject) {
   if (!subject.trial_stood.empty()) html += paragraph(capitalised(subject.trial_stood) + ".");
   if (!subject.trial_changes.empty()) {
     html += paragraph("Until then the moving rod shows:") + list(subject.trial_changes);
-    if (!subject.leak) {
-      html +=
-          paragraph("The valve is not the one that the controller was made for: `eha characterise`, then `eha tune`.");
-    }
   }
   html += end_of(subject, !subject.trial_stood.empty() || (subject.leak && !subject.trial_changes.empty()));
   html += paragraph(fmt::format("Next: {}; {}", first_after_trial(subject), plot));

@@ -64,7 +64,11 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
     if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
   }
   if (rig.model.empty()) return result;
-  const std::string whole = quoted(shown(on_one_line(tune(rig, rig.model))));
+  RigAccess tuned = rig;
+  // A measurement before it in the text has written a new rig file.
+  if (rig.is_local && text.find(quoted("eha characterise")) != std::string_view::npos)
+    tuned.rig_file = rig.new_rig_file;
+  const std::string whole = quoted(shown(on_one_line(tune(tuned, rig.model))));
   for (const char* before : {"then ", ": "}) {
     result = replaced(result, fmt::format("{}{}", before, quoted("eha tune")), fmt::format("{}{}", before, whole));
   }

@@ -54,8 +54,7 @@ std::string stood_under_volts(const TrackResult& played, const config::RigLimits
       "{:.2f} V) take for a motion that is missing: {}",
       unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, limits.following->dead_band_V,
       played.leak ? "the volts make up for the leak"
-                  : "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same. "
-                    "`eha characterise` tells them apart by the drift inside the dead band; repair a leak");
+                  : "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same");
 }
 
 }  // namespace
@@ -72,8 +71,8 @@ EndedTrial ended_trial(const record::OpenRun& opened, const DisplayUnit& unit) {
 
 std::string advice_of(const EndedTrial& trial, const DisplayUnit& unit) {
   if (trial.played.leak) return ident::leak_finding(*trial.played.leak, unit);
-  if (trial.changes.empty()) return {};
-  return "The valve is not the one that the controller was made for: `eha characterise`, then `eha tune`.";
+  if (trial.changes.empty() && trial.stood.empty()) return {};
+  return fmt::format("{}.", ident::kMeasureFirst);
 }
 
 void write_ended_track(const record::OpenRun& run) {

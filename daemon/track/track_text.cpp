@@ -14,8 +14,9 @@ namespace {
 
 /// What follows from a changed valve where the promise is kept.
 constexpr const char* kChangedAndKept =
-    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: with "
-    "`eha characterise`, then `eha tune` with its sheet, the controller has the new numbers.";
+    "The feedback makes up for it, and the valve is not quite the one that the controller was made for: "
+    "`eha characterise` measures it and shows a leak, which is to be repaired first; then `eha tune` gives the "
+    "controller the new numbers.";
 
 /// Null without a sweep.
 nlohmann::ordered_json sweep_json(const TrackResult& result) {
@@ -59,7 +60,7 @@ std::string advice_of(const TrackResult& result, const DisplayUnit& unit) {
   if (result.is_kept() && !has_changed) return {};
   if (result.leak) return ident::leak_finding(*result.leak, unit);
   if (result.is_kept()) return kChangedAndKept;
-  return "Valve, load or sensor differ from what the controller was made for: `eha characterise`, then `eha tune`.";
+  return fmt::format("Valve, load or sensor differ from what the controller was made for: {}.", ident::kMeasureFirst);
 }
 
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {

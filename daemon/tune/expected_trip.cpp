@@ -78,7 +78,7 @@ std::string sentence_of(const ExpectedTrip& trip, const config::RigLimits& limit
   text += trip.is_of_leak
               ? fmt::format(", because oil leaks past the piston: without the leak the same trial passes. {}.",
                             capitalised(ident::kRepairFirst))
-              : std::string(". Measure the valve (`eha characterise`), then `eha tune` with its sheet.");
+              : std::string(". Measure the valve (`eha characterise`), then `eha tune`.");
   return text;
 }
 

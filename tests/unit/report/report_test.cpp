@@ -97,7 +97,7 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   subject.trial_changes = {"dead band 0.303 V instead of 0.151 V"};
   std::string html = page_of(subject).html;
   EXPECT_NE(html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
-  EXPECT_NE(html.find("The valve is not the one that the controller was made for"), std::string::npos);
+  EXPECT_NE(html.find("measures the valve and shows a leak"), std::string::npos);
   subject.leak = ident::Leak{0.0171, 0.14};
   html = page_of(subject).html;
   EXPECT_NE(

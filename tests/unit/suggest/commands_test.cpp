@@ -40,7 +40,7 @@ TEST(Suggestions, CompleteWhatATextNamesInShort) {
   rig.model = "models/io.json";
   rig.controller = "axis.toml";
   const std::string whole = completed(text, rig);
-  EXPECT_NE(whole.find("then `eha tune models/io.json --rig 'my rig.toml'`; as `eha tune` does"), std::string::npos)
+  EXPECT_NE(whole.find("then `eha tune models/io.json --rig rig-new.toml`; as `eha tune` does"), std::string::npos)
       << whole;
   EXPECT_NE(whole.find("`eha track axis.toml --local --fast --rig 'my rig.toml'`"), std::string::npos) << whole;
   EXPECT_EQ(completed(whole, rig), whole);
