@@ -38,7 +38,9 @@ void Loop::run() noexcept {
   const bool is_watched = page_ != nullptr && !clock_.is_virtual();
   if (is_watched) page_->begin_drive(gettid(), stall_limit_ns_);
   play();
-  if (is_watched) page_->end_drive();
+  // A drive without an end is a loop that stands still: the guard switches the hydraulics off, and in the end kills the
+  // process, so that eha-safe makes the rig safe on a card that it has opened anew.
+  if (is_watched && report_.safe_confirmed) page_->end_drive();
 }
 
 void Loop::play() noexcept {

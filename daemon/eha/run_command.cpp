@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -42,6 +43,7 @@
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/rig/confirmation.hpp"
+#include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -76,24 +78,61 @@ struct PlannedRun {
   std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
 };
 
+/// What the runs of one command leave for the next one.
+struct EarlierRuns {
+  acquisition::MissingMotion missing = {};
+  std::optional<play::FinishedRun> last = {};
+};
+
+/// The hydraulics were off since the run before, and nobody read the rod. @throws DeviceError
+void require_rod_at_rest(const EarlierRuns& earlier, double place_in, const DisplayUnit& unit) {
+  if (!earlier.last) return;
+  const double moved_in = place_in - earlier.last->displacement_in;
+  if (!(std::abs(moved_in) > most_motion_at_rest(std::chrono::steady_clock::now() - earlier.last->ended))) return;
+  throw DeviceError(
+      fmt::format("the rod's reading has moved by {:.2g} {} since the run before, with the hydraulics off: look at the "
+                  "rod, its contactor and its sensor before the next run",
+                  unit.factor("in") * moved_in, unit.of("in")));
+}
+
 struct Acquired {
   play::FinishedRun run;
   bool was_guarded = true;   ///< the guard lived to the end
   bool was_stopped = false;  ///< by a signal, which may have come after the last tick
 };
 
+TravelRisk risk_of(const RunCommand& command) {
+  return command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+}
+
+/// Rehearses an experiment from a place of the rod, and reports it. @returns the predicted margin [in]
+/// @throws ConfigError  it reaches a limit
+std::optional<double> rehearsed_margin(const PlannedRun& planned, const config::RigConfig& rig, double place_in,
+                                       TravelRisk risk, Console& console) {
+  require_within_travel(planned.experiment.config, rig, place_in, planned.file, console, Player::local);
+  const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, place_in);
+  report_rehearsal({planned.experiment, rig, place_in, rehearsal, Player::local}, planned.file, risk, console);
+  return margin_of(rehearsal, rig);
+}
+
 /// Plays and records an experiment. The rig is idle or safe on return and after an exception.
-/// @param missing  motion that the runs before have left missing, then this one, too
+/// @param earlier  the runs before, then this one, too
 /// @param stop     lives since before the rig is opened and until after it is closed: a signal must not end the process
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
-                 acquisition::MissingMotion& missing, StopOnSignals& stop, Console& console) {
+                 EarlierRuns& earlier, StopOnSignals& stop, Console& console) {
   const config::PreparedExperiment& experiment = planned.experiment;
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
   if (local.is_unguarded())
     throw DeviceError("the guard of the rig (eha-safe --guard) does not run; nothing is driven");
+  std::optional<double> margin_in = planned.margin_in;
   if (!begins_anew(rig_config, Player::local)) {
-    require_place_to_begin(experiment.config, place_of(local.rig()), planned.file, console.unit(rig_config.units));
+    const double place_in = place_of(local.rig());
+    require_rod_at_rest(earlier, place_in, console.unit(rig_config.units));
+    require_place_to_begin(experiment.config, place_in, planned.file, console.unit(rig_config.units));
+    if (std::abs(place_in - start_of(rig_config)) > kSamePlace_in) {
+      margin_in = rehearsed_margin(planned, rig_config, place_in, risk_of(command), console);
+    }
   }
   acquisition::StateMachine machine;
   machine.reset();
@@ -113,7 +152,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
       .early_end = early_end.get(),
-      .missing = &missing,
+      .missing = &earlier.missing,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
   const DisplayUnit unit = console.unit(rig_config.units);
@@ -134,7 +173,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         RunProgress progress = progress_of(now, rig_config);
         progress.is_real_time = !command.fast;
         progress.is_placing = experiment.config.placing() != nullptr;
-        progress.margin_in = planned.margin_in;
+        progress.margin_in = margin_in;
         console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
   console.end_progress();
@@ -155,9 +194,10 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
 
 /// The same, with a stop that comes as late as while the rig is closed.
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
-                 acquisition::MissingMotion& missing, Console& console) {
+                 EarlierRuns& earlier, Console& console) {
   StopOnSignals stop;
-  Acquired acquired = acquire(command, rig_config, planned, missing, stop, console);
+  Acquired acquired = acquire(command, rig_config, planned, earlier, stop, console);
+  earlier.last = acquired.run;
   acquired.was_stopped = stop.end() > 0;
   return acquired;
 }
@@ -311,13 +351,10 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   PlannedRun planned{.file = file,
                      .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
                                         : config::load_prepared_experiment(file, rig)};
-  require_within_travel(planned.experiment.config, rig, start_of(rig), file, console, Player::local);
-  const std::optional<Rehearsal> rehearsal = rehearse(planned.experiment, rig, start_of(rig));
   warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   say_motion_shown_first(planned.experiment.config, rig, console);
-  report_rehearsal({planned.experiment, rig, start_of(rig), rehearsal, Player::local}, file, risk, console);
-  planned.margin_in = margin_of(rehearsal, rig);
+  planned.margin_in = rehearsed_margin(planned, rig, start_of(rig), risk, console);
   return planned;
 }
 
@@ -329,7 +366,7 @@ std::string later_command(const config::ExperimentConfig& experiment, const fs::
 
 /// Plays one, then fits and judges it. @returns its exit code, and whether it completed
 std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
-                                  acquisition::MissingMotion& missing, Console& console) {
+                                  EarlierRuns& earlier, Console& console) {
   const config::ExperimentConfig& experiment = planned.experiment.config;
   const std::string length = experiment.placing() != nullptr
                                  ? fmt::format("at most {:g} s", experiment.duration_s)
@@ -338,7 +375,7 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   console.info(fmt::format("{}: {} on {} ({})", experiment.placing() != nullptr ? planned.file : experiment.name,
                            length, rig.name, rig.file_name));
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
-  const Acquired acquired = acquire(command, rig, planned, missing, console);
+  const Acquired acquired = acquire(command, rig, planned, earlier, console);
   const play::FinishedRun& run = acquired.run;
   console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
@@ -371,7 +408,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
     throw UsageError(fmt::format("--fast: {} drives a real machine, which runs in real time only", rig.file_name));
   }
   // Checks all of them before the first one is played.
-  const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+  const TravelRisk risk = risk_of(command);
   const auto warn_of = [&](const std::string& file) {
     if (!command.further_files.empty()) console.set_subject(file);
   };
@@ -403,15 +440,15 @@ ExitCode execute(const RunCommand& command, Console& console) {
     return ExitCode::interrupted;
   }
   recover_earlier_runs(command.output, console);
-  acquisition::MissingMotion missing{};
-  if (planned.size() == 1) return run_one(command, rig, planned.front(), missing, console).first;
+  EarlierRuns earlier;
+  if (planned.size() == 1) return run_one(command, rig, planned.front(), earlier, console).first;
   console.keep_documents();
   ExitCode code = ExitCode::ok;
   std::vector<std::string> rest;
   for (const PlannedRun& one : planned) {
     console.print(one.file + ":");
     warn_of(one.file);
-    const auto [own, completed] = run_one(command, rig, one, missing, console);
+    const auto [own, completed] = run_one(command, rig, one, earlier, console);
     if (code == ExitCode::ok) code = own;
     if (completed) continue;
     for (const PlannedRun* later = &one + 1; later <= &planned.back(); ++later) rest.push_back(later->file);

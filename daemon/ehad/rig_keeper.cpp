@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/os/lock_file.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -20,8 +21,6 @@ namespace {
 constexpr std::chrono::milliseconds kIdleRead{20};
 /// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
-// A rod whose hydraulics are off moves less, but by hand.
-constexpr double kMoves_in = 0.1;
 constexpr std::chrono::milliseconds kMovesWithin{500};
 
 template <typename TimePoint>
@@ -99,6 +98,25 @@ void RigKeeper::close() noexcept {
   card_.reset();
 }
 
+void RigKeeper::close_unsafe() {
+  is_suspect_ = true;
+  ++reopening_;
+  thread_->ask([this] { close(); }, [this](std::future<void>) { --reopening_; });
+}
+
+void RigKeeper::make_safe() {
+  if (is_making_safe_ || !moves_machine()) return;
+  is_making_safe_ = true;
+  thread_->ask(
+      [this] {
+        if (card_ && card_->rig().make_safe() != hal::RigStatus::ok) {
+          spdlog::critical("{}: THE OUTPUT IS NOT CONFIRMED SAFE", card_->rig().capabilities().device);
+          close();
+        }
+      },
+      [this](std::future<void>) { is_making_safe_ = false; });
+}
+
 RigKeeper::Config RigKeeper::config_of_next_run() const {
   if (!placed_in_) return config_;
   auto config = std::make_shared<config::RigConfig>(*config_);
@@ -154,10 +172,11 @@ hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
 void RigKeeper::note_rest(hal::Rig& rig, const hal::RigReading& reading) {
   const auto now = std::chrono::steady_clock::now();
   const auto moved_in = [&](const hal::RigReading& seen) { return seen.displacement_in - rest_->place_in; };
-  if (rest_ && std::abs(moved_in(reading)) > kMoves_in) {
+  const double most_in = rest_ ? most_motion_at_rest(now - rest_->at) : 0.0;
+  if (rest_ && std::abs(moved_in(reading)) > most_in) {
     // Interference in one reading is none.
     hal::RigReading again;
-    if (rig.read(0, again) != hal::RigStatus::ok || std::abs(moved_in(again)) <= kMoves_in) return;
+    if (rig.read(0, again) != hal::RigStatus::ok || std::abs(moved_in(again)) <= most_in) return;
     moved_in_ = moved_in(again);
   } else if (rest_ && now - rest_->at < kMovesWithin) {
     return;

@@ -100,17 +100,27 @@ class RigKeeper {
 
   /// Runs `play(card, machine, missing)` in the rig's thread, which owns the state until `then` is called with the
   /// outcome.
-  /// @param play  receives the card (OwnedRig*), nullptr for a simulated rig, which is reopened for each run
+  /// @param play  receives the card (OwnedRig*), nullptr for a simulated rig, which is reopened for each run; returns a
+  ///              play::FinishedRun
   template <typename Play, typename Then>
   void play(Play play, Then then) {
     thread_->ask(
         [this, play = std::move(play)]() mutable {
           idle_blocks_.finish();
           rest_.reset();
-          return play(card_.get(), machine_, missing_);
+          auto finished = play(card_.get(), machine_, missing_);
+          // Nobody read the rod while the files were written.
+          rest_ = {finished.ended, finished.displacement_in};
+          return finished;
         },
         std::move(then));
   }
+
+  /// Call after a run whose end the card has not confirmed: makes it safe, or else leaves it to the guard, which opens
+  /// it anew and tries again and again. The next arm() opens it.
+  void close_unsafe();
+  /// Writes the safe state to an undriven machine: a stop is one whatever is thought of the rig.
+  void make_safe();
 
   /// Marks the card to be reopened, with a new guard, before the rig is armed again.
   void mark_suspect() noexcept { is_suspect_ = true; }
@@ -156,9 +166,10 @@ class RigKeeper {
     std::chrono::steady_clock::time_point at;
     double place_in = 0.0;
   };
-  std::optional<Rest> rest_;        ///< at most half a second old; belongs to the rig's thread
+  std::optional<Rest> rest_;  ///< at most half a second old, or the end of the last run; belongs to the rig's thread
   std::atomic<double> moved_in_{};  ///< until it is noticed
   bool is_suspect_ = false;
+  bool is_making_safe_ = false;
   bool arming_ = false;
   std::uint64_t arming_number_ = 0;  ///< number of the newest arm(); an earlier cancelled one stays cancelled
   int reconfiguring_ = 0;

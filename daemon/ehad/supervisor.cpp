@@ -104,6 +104,10 @@ bool Supervisor::may_start(uid_t uid) const {
   return lease_.is_held_by(uid) && !shutting_down_ && (active_ || rig_.is_armed());
 }
 
+bool Supervisor::may_still_start(const Submission& submission) const {
+  return may_start(submission.uid) && submission.armed_at == holds_;
+}
+
 Json Supervisor::armed_answer(uid_t uid) const {
   Json held = Json::array();
   for (const EntryId id : queue_.of(uid, EntryState::held)) held.push_back(entry(id));
@@ -170,6 +174,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
 Json Supervisor::disarm(const Peer& peer) {
   require_lease(peer, "not disarmed");
   if (active_) throw UsageError("a run is on; eha stop ramps it out and disarms the rig");
+  rig_.make_safe();
   if (lease_.holder()) disarm_rig(fmt::format("disarmed by {}", peer.user), LeaseFate::released);
   return {{"state", acquisition::to_text(state())}};
 }
@@ -187,6 +192,7 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
     }
     return {{"stopped", count == 1 ? "ramping_out" : "safe_at_once"}, {"entry", active_->entry}};
   }
+  rig_.make_safe();
   if (!rig_.is_armed() && !rig_.is_arming()) return {{"stopped", "nothing"}};
   disarm_rig(fmt::format("stopped by {}", peer.user), LeaseFate::kept);
   return {{"stopped", "disarmed"}};
@@ -270,19 +276,20 @@ void Supervisor::poll(Clock::time_point now) {
 
 void Supervisor::poll_rod(Clock::time_point now) {
   const std::optional<double> moved_in = rig_.notices_motion();
-  if (!moved_in || active_) return;
-  const bool is_at_stake = rig_.is_armed() || rig_.is_arming();
+  if (!moved_in || (active_ && active_->playing)) return;
+  const bool is_at_stake = rig_.is_armed() || rig_.is_arming() || active_;
   if (!is_at_stake && now < silent_until_) return;
   silent_until_ = now + kSilence;
   const DisplayUnit unit(rig_.config()->units);
   const std::string why = fmt::format(
-      "the rod's reading moved by {:.2g} {} within half a second with the hydraulics off: look at the rod; if it "
-      "moves, use the emergency stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it "
-      "stands, the "
-      "sensor or its wire has slipped (eha calibrate)",
+      "the rod's reading moved by {:.2g} {} with the hydraulics off: look at the rod; if it moves, use the emergency "
+      "stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the sensor or its wire "
+      "has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
   spdlog::critical("{}", why);
-  if (is_at_stake) {
+  if (active_) {
+    active_->moved = why;
+  } else if (is_at_stake) {
     disarm_rig(why, LeaseFate::kept);
   } else if (queue_.open_fault() == nullptr) {
     disarmed_because_ = why;

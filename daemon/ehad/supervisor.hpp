@@ -100,6 +100,7 @@ class Supervisor {
     std::shared_ptr<acquisition::StopRequest> stop;
     std::string stopped_by = {};  ///< user of the first stop
     bool lost_client = false;     ///< whose connection had to be open until it plays
+    std::string moved = {};       ///< the rod did, or its reading, before it plays; says how
   };
 
   /// Experiments of one request; all of them or none enter the queue.
@@ -110,6 +111,8 @@ class Supervisor {
     RigKeeper::Config rig;         ///< for the checks
     control::ClientId client = 0;  ///< connection that must be open until they start; 0: none
     bool moves_at_once = false;    ///< one of them is a placing
+    /// holds_ when it was submitted, if its user could start an experiment then.
+    std::optional<std::uint64_t> armed_at = {};
     Answer answer;
     std::size_t checked = 0;
   };
@@ -139,6 +142,8 @@ class Supervisor {
   void disarm_rig(const std::string& why, LeaseFate lease);
   void require_lease(const Peer& peer, std::string_view what) const;
   [[nodiscard]] bool may_start(uid_t uid) const;
+  /// Whether it may start now and could all the while since its submission: who arms anew does not expect it.
+  [[nodiscard]] bool may_still_start(const Submission& submission) const;
   [[nodiscard]] Json armed_answer(uid_t uid) const;
   void poll_guard();
   void poll_rod(Clock::time_point now);
@@ -162,6 +167,7 @@ class Supervisor {
   void hold_for_lost_client(Entry& entry);
   /// Takes back a run whose folder is made and which does not play yet.
   void take_back(Entry& entry, const std::filesystem::path& folder);
+  void remove_unplayed(Entry& entry, const std::filesystem::path& folder);
   /// Holds every waiting experiment; refuses a waiting move to a place instead.
   void hold_waiting(const std::string& why);
   void refuse_move(Entry& entry, const std::string& why);
@@ -188,6 +194,7 @@ class Supervisor {
   Queue queue_;
   std::vector<Answer> runs_asked_;  ///< waiting for the next reading of the runs' folder
   bool is_listing_runs_ = false;
+  std::uint64_t holds_ = 0;                   ///< how often all that waited was held
   std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not yet in the queue
   std::map<control::ClientId, std::shared_ptr<Submission>> attached_;  ///< those of them that need their client
   Lease lease_;

@@ -41,6 +41,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   submission->uid = peer.uid;
   submission->is_list = call.is_list;
   submission->rig = rig_.config();
+  if (may_start(peer.uid)) submission->armed_at = holds_;
   submission->client = call.detach ? 0 : peer.client;
   submission->answer = std::move(answer);
   if (!call.detach) attached_[peer.client] = submission;
@@ -84,9 +85,15 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
 }
 
 void Supervisor::require_arming_of_placing(const Submission& submission) const {
-  if (!submission.moves_at_once || may_start(submission.uid)) return;
+  if (!submission.moves_at_once || may_still_start(submission)) return;
   const Entry& first = submission.entries.front();
   require_lease({.uid = submission.uid, .user = first.user}, first.file);
+  if (may_start(submission.uid)) {
+    throw PermissionError(
+        fmt::format("{}: the rig was armed anew while this was checked, so that it may be for another purpose: submit "
+                    "it again; a move to a place is never held",
+                    first.file));
+  }
   throw PermissionError(
       fmt::format("{}: the rig is not armed by {}{}: eha arm, then again; a move to a place is never held", first.file,
                   first.user, queue_.open_fault() != nullptr ? fmt::format(" ({})", disarmed_because_) : ""));
@@ -193,7 +200,10 @@ void Supervisor::enqueue(const std::shared_ptr<Submission>& submission) {
           for (Entry& entry : submission->entries) {
             Entry& added = queue_.add(std::move(entry));
             // Only an experiment whose owner has armed the rig may start automatically.
-            added.state = may_start(added.uid) ? EntryState::waiting : EntryState::held;
+            added.state = may_still_start(*submission) ? EntryState::waiting : EntryState::held;
+            if (submission->armed_at && added.state == EntryState::held) {
+              added.note = "the rig was disarmed while it was checked";
+            }
             added.client = submission->client;
             spdlog::info("experiment {} (\"{}\" of {}): {}", added.id, added.name, added.user, to_text(added.state));
             ids.push_back(added.id);
@@ -239,6 +249,7 @@ void Supervisor::refuse_move(Entry& entry, const std::string& why) {
 }
 
 void Supervisor::hold_waiting(const std::string& why) {
+  ++holds_;
   std::vector<EntryId> moves;
   for (const auto& [id, entry] : queue_.entries()) {
     if (entry.state == EntryState::waiting && entry.only_places) moves.push_back(id);

@@ -72,6 +72,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   active_.reset();
   totals_.add(run.report);
   if (makes_card_suspect(run.report)) rig_.mark_suspect();
+  if (!run.report.safe_confirmed && rig_.moves_machine()) rig_.close_unsafe();
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));

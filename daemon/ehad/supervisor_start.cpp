@@ -12,6 +12,7 @@
 #include "daemon/ehad/play.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/narrower_limits.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -19,10 +20,6 @@ namespace eha::service {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A rod within this distance of the start of a rehearsal has not moved: the tolerance of a placing (eha-experiment(5),
-/// [place]).
-constexpr double kSamePlace_in = 0.02;
 
 /// Whether an entry's rehearsal is for this rig and this position of the rod.
 bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place_in) {
@@ -68,6 +65,7 @@ Entry* Supervisor::still_next(const Turn& turn) {
 }
 
 void Supervisor::rehearse_next(const Turn& turn, std::future<double> read) {
+  poll_rod(Clock::now());
   Entry* entry = still_next(turn);
   if (entry == nullptr) return;
   double place_in = 0.0;
@@ -172,6 +170,12 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
     return;
   }
   entry.run = folder.filename().string();
+  poll_rod(Clock::now());
+  if (!active_->moved.empty()) {
+    remove_unplayed(entry, folder);
+    give_up(entry, ExitCode::device_unavailable, active_->moved);
+    return;
+  }
   if (active_->lost_client) {
     take_back(entry, folder);
     return;
@@ -187,9 +191,7 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }
 
-void Supervisor::take_back(Entry& entry, const fs::path& folder) {
-  const bool was_stopped = active_->stop->count() > 0;
-  active_.reset();
+void Supervisor::remove_unplayed(Entry& entry, const fs::path& folder) {
   disk_thread_.ask(
       [folder] {
         std::error_code ignored;
@@ -197,6 +199,12 @@ void Supervisor::take_back(Entry& entry, const fs::path& folder) {
       },
       [](std::future<void>) {});
   account_for(std::exchange(entry.run, {}));
+}
+
+void Supervisor::take_back(Entry& entry, const fs::path& folder) {
+  const bool was_stopped = active_->stop->count() > 0;
+  active_.reset();
+  remove_unplayed(entry, folder);
   entry.state = EntryState::waiting;
   hold_for_lost_client(entry);
   update_inhibitor();

@@ -148,7 +148,8 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
                        .report = loop.get(),
                        .write_error = {},
                        .only_placed = request.experiment.placing() != nullptr,
-                       .displacement_in = run.watch.board.read().displacement_in};
+                       .displacement_in = run.watch.board.read().displacement_in,
+                       .ended = std::chrono::steady_clock::now()};
   const acquisition::LoopCounters& counted = finished.report.counters;
   if (is_real_time && (counted.late > 0 || counted.skipped > 0)) {
     finished.delays = delays::delays_of_run(before, request.rig.realtime, finished.report);

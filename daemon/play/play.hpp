@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -48,11 +49,12 @@ struct PlayRequest {
 /// A run that has ended.
 struct FinishedRun {
   std::filesystem::path folder;
-  acquisition::RunReport report;           ///< outcome write_failed also if only the files after the journal failed
-  std::string write_error;                 ///< message of the write that failed; empty when everything was written
-  bool only_placed = false;                ///< the rod was moved to a place; there is nothing to fit
-  double displacement_in = 0.0;            ///< of the last reading [in]
-  std::vector<delays::Delay> delays = {};  ///< causes of late ticks, if there were any
+  acquisition::RunReport report;  ///< outcome write_failed also if only the files after the journal failed
+  std::string write_error;        ///< message of the write that failed; empty when everything was written
+  bool only_placed = false;       ///< the rod was moved to a place; there is nothing to fit
+  double displacement_in = 0.0;   ///< of the last reading [in]
+  std::chrono::steady_clock::time_point ended = {};  ///< when that was, before the files were written
+  std::vector<delays::Delay> delays = {};            ///< causes of late ticks, if there were any
 };
 
 /// Called about ten times a second in the thread that called play(). If it throws, the run is ramped out, its files are

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loaded before the C library: a host whose user look-ups hang (EHA_TRAP_LOOKUP_S), one that was suspended for 100 s
-// once a file is there (EHA_TRAP_SUSPENDED), and one whose disk hangs at the folder of a run for as long as a file is
-// there (EHA_TRAP_HANGS).
+// once a file is there (EHA_TRAP_SUSPENDED), and one whose disk hangs at the folder of a run and at its raw.h5 for as
+// long as a file is there (EHA_TRAP_HANGS).
 #include <dlfcn.h>
 #include <pwd.h>
+#include <stdio.h>
 #include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
@@ -20,6 +21,11 @@ F next(const char* name) {
   return reinterpret_cast<F>(dlsym(RTLD_NEXT, name));
 }
 
+void wait_for_disk(const char* path) {
+  const char* file = std::getenv("EHA_TRAP_HANGS");
+  while (file != nullptr && std::strstr(path, "/runs/") != nullptr && access(file, F_OK) == 0) usleep(10'000);
+}
+
 }  // namespace
 
 extern "C" {
@@ -30,9 +36,13 @@ int getpwuid_r(uid_t uid, passwd* entry, char* buffer, size_t size, passwd** fou
 }
 
 int mkdir(const char* path, mode_t mode) noexcept {
-  const char* file = std::getenv("EHA_TRAP_HANGS");
-  while (file != nullptr && std::strstr(path, "/runs/") != nullptr && access(file, F_OK) == 0) usleep(10'000);
+  wait_for_disk(path);
   return next<decltype(&mkdir)>("mkdir")(path, mode);
+}
+
+int rename(const char* from, const char* to) noexcept {
+  if (std::strstr(to, "raw.h5") != nullptr) wait_for_disk(to);
+  return next<decltype(&rename)>("rename")(from, to);
 }
 
 int clock_gettime(clockid_t clock, timespec* time) noexcept {

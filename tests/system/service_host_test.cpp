@@ -98,8 +98,8 @@ TEST(ServiceHost, AUserLookUpThatHangsDelaysNobody) {
 }
 
 /// So many tones that are not harmonics, over so long a time that the table takes minutes.
-std::string endless_experiment_text() {
-  std::string text = experiment_text("endless", 9000.0);
+std::string endless_experiment_text(double duration_s = 9000.0) {
+  std::string text = experiment_text("endless", duration_s);
   const std::string key = "tones = [\n";
   const std::size_t begin = text.find(key);
   if (begin == std::string::npos) throw std::runtime_error("the experiment has no tones");
@@ -127,6 +127,34 @@ TEST(ServiceHost, AnExperimentThatTakesMinutesToCheckDelaysNeitherOthersNorTheEn
   EXPECT_EQ(client.call("runs").at("runs").size(), 0U);
   EXPECT_EQ(daemon.stop(SIGTERM), 0);
   EXPECT_LT(steady_clock::now() - begun, kPrompt);
+}
+
+TEST(ServiceHost, AnExperimentThatWasCheckedOverAStopWaitsForItsRelease) {
+  Daemon daemon;
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  std::int64_t entry = 0;
+  {
+    const std::jthread submitter([&] {
+      Client other(daemon.socket());
+      entry =
+          other
+              .call(
+                  "submit",
+                  {{"experiment", endless_experiment_text(4.0)}, {"name", "e.toml"}, {"detach", true}, {"fast", true}})
+              .at("entry");
+    });
+    EXPECT_TRUE(daemon.logs("submit by")) << daemon.log();
+    client.call("stop");
+    EXPECT_EQ(client.call("arm").at("state"), "armed");
+  }
+  const Json checked = entry_of(daemon, entry);
+  EXPECT_EQ(checked.at("state"), "held") << checked;
+  EXPECT_EQ(checked.at("note"), "the rig was disarmed while it was checked") << checked;
+  client.call("release", {{"entry", entry}});
+  EXPECT_NE(entry_of(daemon, entry).at("state"), "held");
+  client.call("stop");
 }
 
 /// A service whose disk hangs at the folder of a run, for as long as a file is there.

@@ -113,6 +113,7 @@ lsampl_t read_sensor() {
 
 int write_output(lsampl_t code) {
   CardMemory& memory = card();
+  if (now_ns() < memory.refuses_until_ns.load()) return fail(EIO);
   if (const std::int64_t stall_ms = memory.output_stall_ms.load(); stall_ms > 0) {
     std::int64_t none = 0;
     const std::int64_t begun_ns = now_ns();
@@ -129,6 +130,7 @@ int write_output(lsampl_t code) {
 
 int write_lines(lsampl_t mask, lsampl_t levels) {
   CardMemory& memory = card();
+  if (now_ns() < memory.refuses_until_ns.load()) return fail(EIO);
   const bool was_enabled = memory.is_enabled();
   memory.digital_outputs = (memory.digital_outputs & ~mask) | (levels & mask);
   if (was_enabled && !memory.is_enabled()) memory.disabled_ns = now_ns();

@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/play/play.hpp"
 #include "hal/backends/backend.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -90,18 +91,20 @@ TEST_F(RigKeeperTest, KeepsAnArmingStoppedThatAnotherOneFollows) {
 
 TEST_F(RigKeeperTest, LendsTheStateToTheRunAndTakesItBack) {
   ASSERT_EQ(arm(), "");
-  std::optional<int> answer;
+  std::optional<double> answer;
   rig_.play(
       [](OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion&) {
         EXPECT_EQ(card, nullptr);
         machine.move_to(State::ramp_in);
         machine.move_to(State::safe_stop);
         machine.move_to(State::faulted);
-        return 7;
+        play::FinishedRun finished;
+        finished.displacement_in = 7.0;
+        return finished;
       },
-      [&](std::future<int> played) { answer = played.get(); });
+      [&](std::future<play::FinishedRun> played) { answer = played.get().displacement_in; });
   await(answer);
-  EXPECT_EQ(*answer, 7);
+  EXPECT_EQ(*answer, 7.0);
   EXPECT_EQ(rig_.state(), State::faulted);
   EXPECT_FALSE(rig_.rearm()) << "a fault needs an operator";
   EXPECT_EQ(arm(), "");

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+
+namespace eha {
+
+/// A rod within this distance of the start of a rehearsal has not moved: the tolerance of a placing (eha-experiment(5),
+/// [place]).
+inline constexpr double kSamePlace_in = 0.02;
+
+/// How far a rod whose hydraulics are off, and its reading, may have moved since a reading [in]: 0.1 in, which a rod
+/// moves by hand only, and the creep of a leaking cylinder, 0.03 in/s, where the reading is older than half a second.
+[[nodiscard]] inline double most_motion_at_rest(std::chrono::duration<double> since) noexcept {
+  constexpr double kMoves_in = 0.1;
+  constexpr double kCreeps_in_per_s = 0.03;
+  constexpr double kShort_s = 0.5;
+  return kMoves_in + kCreeps_in_per_s * std::max(0.0, since.count() - kShort_s);
+}
+
+}  // namespace eha

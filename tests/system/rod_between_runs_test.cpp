@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The rod between two runs, where the hydraulics are off: the built programs on the stand-in card.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include "core/error.hpp"
+#include "tests/system/daemon.hpp"
+#include "tests/system/driven_rig.hpp"
+#include "tests/system/program.hpp"
+
+namespace eha::test {
+namespace {
+
+namespace fs = std::filesystem;
+using control::Client;
+
+class RodBetweenRuns : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = DrivenRig::obstacle(); !why.empty()) GTEST_SKIP() << why;
+  }
+  /// Moves the rod, or its reading, once the hydraulics have gone on and off again.
+  std::jthread slip_after_first_run(double by_in) {
+    return std::jthread([this, by_in](const std::stop_token& end) {
+      while (!end.stop_requested()) {
+        const CardMemory& card = rig_.card();
+        if (card.enabled_ns > 0 && card.disabled_ns > card.enabled_ns) {
+          rig_.card().position_in += by_in;
+          return;
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    });
+  }
+
+  DrivenRig rig_;
+};
+
+class LocalRodBetweenRuns : public RodBetweenRuns {
+ protected:
+  int run(const std::vector<std::string>& files) {
+    folder_.write("rig.toml", DrivenRig::rig_text(std::nullopt));
+    std::vector<std::string> words{EHA_PROGRAM, "run", "--local", "--yes", "--allow-non-realtime", "--rig", "rig.toml"};
+    words.insert(words.end(), files.begin(), files.end());
+    Driver driver(words, rig_.environment(), folder_.path());
+    const int code = driver.wait();
+    said_ = driver.messages();
+    return code;
+  }
+
+  TemporaryFolder folder_;
+  std::string said_;
+};
+
+TEST_F(LocalRodBetweenRuns, IsComparedWithTheEndOfTheRunBefore) {
+  folder_.write("a.toml", quiet_experiment_text("a", 8.0));
+  folder_.write("b.toml", quiet_experiment_text("b", 2.0));
+  {
+    const std::jthread slip = slip_after_first_run(-1.5);
+    EXPECT_EQ(run({"a.toml", "b.toml"}), static_cast<int>(ExitCode::device_unavailable)) << said_;
+  }
+  EXPECT_NE(said_.find("the rod's reading has moved by -1.5 in since the run before"), std::string::npos) << said_;
+  rig_.reset();
+  EXPECT_EQ(said_.find("b: 2 s"), said_.rfind("b: 2 s")) << said_;
+  EXPECT_NE(run({"a.toml", "b.toml"}), static_cast<int>(ExitCode::device_unavailable)) << said_;
+}
+
+TEST_F(LocalRodBetweenRuns, IsWhereARehearsalBegins) {
+  std::string text = quiet_experiment_text("up", 20.0);
+  const std::string offset = "offset_V = -0.2";
+  text.replace(text.find(offset), offset.size(), "offset_V = 1.0");
+  folder_.write("up.toml", text);
+  rig_.card().position_in = 5.1;
+  EXPECT_EQ(run({"up.toml"}), static_cast<int>(ExitCode::configuration)) << said_;
+  EXPECT_EQ(rig_.card().enabled_ns, 0) << said_;
+}
+
+TEST_F(RodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {
+  Daemon daemon;
+  std::ofstream(daemon.rig_file()) << DrivenRig::rig_text(std::nullopt);
+  const fs::path hangs = daemon.folder() / "hangs";
+  for (std::string variable : rig_.environment()) {
+    const std::string loaded = "LD_PRELOAD=";
+    if (variable.starts_with(loaded)) variable.insert(loaded.size(), std::string(EHA_HOST_TRAP_LIBRARY) + ":");
+    daemon.set_environment(variable);
+  }
+  daemon.set_environment("EHA_TRAP_HANGS=" + hangs.string());
+  daemon.start();
+  Client client(daemon.socket());
+  client.call("arm");
+  const std::int64_t first = submit(client, quiet_experiment_text("first", 2.0), false);
+  const std::int64_t next = submit(client, quiet_experiment_text("next", 2.0), false);
+  follow(daemon, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  std::ofstream(hangs) << "the disk, while this is there";
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  rig_.card().position_in -= 1.5;
+  const std::int64_t before_ns = rig_.card().enabled_ns;
+  fs::remove(hangs);
+  EXPECT_TRUE(daemon.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon.log();
+  EXPECT_EQ(entry_of(daemon, next).at("state"), "held") << daemon.log();
+  EXPECT_EQ(rig_.card().enabled_ns, before_ns);
+}
+
+}  // namespace
+}  // namespace eha::test
