@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "config/start_section.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "core/toml_text.hpp"
@@ -89,15 +90,14 @@ std::vector<Eigen::VectorXcd> crowded(const std::array<Bounded, 3>& signals) {
 std::string band_experiment_text(const DesignCommand& command, const config::RigConfig& rig,
                                  const std::vector<std::size_t>& harmonics, const Eigen::VectorXd& phase_rad,
                                  double amplitude_V, double period_s, const std::string& remark) {
-  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
   std::string text = fmt::format(
       "# Made by `eha design --band {:g}:{:g} --tones {} --period {:g}` for \"{}\".\n# {}\nschema = 1\nname = "
       "\"band\"\n"
-      "duration_s = {:.3f}\n{}\n[start]\ndisplacement_in = {:.3f}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
+      "duration_s = {:.3f}\n{}\n{}\n\n[hold]\n\n[excitation]\nkind = \"multisine\"\n"
       "offset_V = {:.3f}\ntones = [\n",
       command.band->lowest_Hz, command.band->highest_Hz, command.tones, period_s, toml_comment(rig.name), remark,
       command.repetitions ? period_s : kPeriods * period_s,
-      command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", middle_in,
+      command.repetitions ? fmt::format("repetitions = {}\n", *command.repetitions) : "", config::start_at_middle(rig),
       rig.limits.following->null_V);
   for (std::size_t k = 0; k < harmonics.size(); ++k) {
     text +=

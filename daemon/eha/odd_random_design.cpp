@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "config/start_section.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "core/toml_text.hpp"
@@ -58,6 +59,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   };
   const config::RigConfig rig = load_rig_or_default(command.rig_file);
   const ExcitationRoom room = excitation_room(rig);
+  const DisplayUnit unit_of_rig = console.unit(rig.units);
   const auto [low_Hz, high_Hz] = *command.band;
   const int realisations = *command.realisations;
   const double step_s = rig.realtime.sample_period_s;
@@ -76,21 +78,20 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   const double amplitude_V = std::floor(binding.amplitude_V * 1e4) / 1e4;
   const std::vector<double> lines_Hz = ident::excited_lines(unit, step_s, samples);
   const std::string remark = fmt::format(
-      "{} odd lines to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} in; the {} limit binds",
-      lines_Hz.size(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V, amplitude_V * peaks.travel_in_per_V,
-      binding.name);
+      "{} odd lines to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} {}; the {} limit binds",
+      lines_Hz.size(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V,
+      unit_of_rig.factor("in") * amplitude_V * peaks.travel_in_per_V, unit_of_rig.of("in"), binding.name);
   const std::filesystem::path file = command.output.value_or("band.toml");
   const int decimation = compared_ticks(lines_Hz.back(), step_s);
   const std::string text = fmt::format(
       "# Made by `eha design --band {0:g}:{1:g} --period {2:g} --odd-random --realisations {3}` for \"{4}\".\n"
       "# {5}\n"
-      "schema = 1\nname = \"band\"\nduration_s = {6:.3f}\n\n[start]\ndisplacement_in = {7:.3f}\n\n[hold]\n\n"
+      "schema = 1\nname = \"band\"\nduration_s = {6:.3f}\n\n{7}\n\n[hold]\n\n"
       "[excitation]\nkind = \"odd_random_multisine\"\noffset_V = {8:.3f}\namplitude_V = {9:.4f}\n"
       "frequency_min_Hz = {0:.6f}\nfrequency_max_Hz = {1:.6f}\nrealisations = {3}\nperiods = {10}\n\n"
       "[record]\ndiscard_s = {2:.3f}\ndecimation = {11}\n",
       low_Hz, high_Hz, period_s, realisations, toml_comment(rig.name), remark, static_cast<double>(samples) * step_s,
-      0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in), room.null_V, amplitude_V, kPeriodsOfEach,
-      decimation);
+      config::start_at_middle(rig), room.null_V, amplitude_V, kPeriodsOfEach, decimation);
   os::write_file_atomically(file, text);
   const double rms_V = amplitude_V * peaks.rms;
   console.print(remark);

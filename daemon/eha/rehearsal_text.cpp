@@ -225,14 +225,19 @@ void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_
   judge_travel(rehearsed, experiment_file, risk, console);
 }
 
-void explain_trip(const std::string& run_folder, const Console& console) {
+std::string cause_of_trip(const std::string& run_folder, const Console& console) {
   try {
     const record::LoadedRun run = record::read_run(run_folder);
     const auto cause = identify::trip_cause(run);
-    if (cause) console.info(identify::sentence_of(*cause, console.unit(record::rig_units(run.manifest.other))));
+    if (cause) return identify::sentence_of(*cause, console.unit(record::rig_units(run.manifest.other)));
   } catch (const Error& error) {
     console.debug(error.what());
   }
+  return {};
+}
+
+void explain_trip(const std::string& run_folder, const Console& console) {
+  if (const std::string cause = cause_of_trip(run_folder, console); !cause.empty()) console.info(cause);
 }
 
 }  // namespace eha::cli

@@ -77,6 +77,10 @@ void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experi
 void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                       const Console& console);
 
+/// Why a run reached a limit, where its record shows it: a drift, with the offset that stops it, or the sensor; empty
+/// if the files in its folder do not determine it.
+[[nodiscard]] std::string cause_of_trip(const std::string& run_folder, const Console& console);
+
 /// Reports the drift, and the offset that stops it, for a run that reached a limit, from the files in its folder;
 /// nothing if they do not determine it.
 void explain_trip(const std::string& run_folder, const Console& console);

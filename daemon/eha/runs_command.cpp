@@ -14,11 +14,13 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/eha/track_report.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -70,9 +72,12 @@ std::string verdict_of(const record::RunSummary& run) {
   return accepted.empty() ? "none accepted" : fmt::format("none recommended; accepted: {}", fmt::join(accepted, ", "));
 }
 
-/// Writes the end of the loop and its counters.
-void show_report(const record::ReportEntry& report, Console& console) {
-  for (const std::string& text : {report.description, report.write_error}) {
+/// Writes the end of the loop, its cause where the record shows it, and the counters.
+void show_report(const record::ReportEntry& report, const fs::path& run, Console& console) {
+  const std::string description = report.description.empty() || !shows_its_cause(run)
+                                      ? report.description
+                                      : record::without_remedy(report.description);
+  for (const std::string& text : {description, cause_of_trip(run, console), report.write_error}) {
     if (!text.empty()) console.print(fmt::format("         {}", text));
   }
   const acquisition::LoopCounters& counters = report.counters;
@@ -249,7 +254,7 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
                                 static_cast<double>(gap.at_ns) * 1e-9));
     }
   }
-  if (manifest.report) show_report(*manifest.report, console);
+  if (manifest.report) show_report(*manifest.report, command.run, console);
   const Json entry = entry_of_run(command.run, command.socket);
   if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
   print_answer(command.run, manifest, console);

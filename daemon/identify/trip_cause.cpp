@@ -21,7 +21,7 @@ constexpr double kLast_s = 0.1;      // of the record, over which the rod's own 
 constexpr double kDriftShare = 0.5;  // of the way to the limit that the drift makes
 constexpr double kSlowShare = 0.5;   // of the velocity limit: a rod this slow did not exceed it
 constexpr double kSurelyWithin_in = 0.05;
-constexpr double kSameOffset_V = 0.005;
+constexpr double kSameOffset_V = 0.02;
 constexpr Eigen::Index kFewestForTrip = 10;
 
 /// Standard deviation of a reading, from the second differences of a rod that moves smoothly.
@@ -87,9 +87,14 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
       return std::nullopt;
     }
     const std::optional<Rehearsal> rehearsal = rehearse(experiment, rig, y[0]);
-    return TripCause{.speed_in_per_s = drift->rate_in_per_s,
-                     .offset_V = drift->offset_V,
-                     .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt};
+    TripCause cause{.speed_in_per_s = drift->rate_in_per_s,
+                    .offset_V = drift->offset_V,
+                    .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt};
+    // One number for one drift.
+    if (cause.offset_V && cause.rehearsed_V && std::abs(*cause.rehearsed_V - *cause.offset_V) <= kSameOffset_V) {
+      cause.offset_V = cause.rehearsed_V;
+    }
+    return cause;
   } catch (const Error&) {  // of a version whose files are no longer read
     return std::nullopt;
   }
@@ -107,7 +112,7 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
   std::string text = fmt::format("the rod drifted at {:+.4f} {}/s into the limit", factor * cause.speed_in_per_s, in);
   if (!cause.offset_V) return text + ", and no offset_V within the command limits stops that: " + remedy_of(cause);
   text += fmt::format("; offset_V = {:.3f} stops that", *cause.offset_V);
-  if (cause.rehearsed_V && std::abs(*cause.rehearsed_V - *cause.offset_V) > kSameOffset_V) {
+  if (cause.rehearsed_V && *cause.rehearsed_V != *cause.offset_V) {
     text += fmt::format(
         " by this record ({:.3f}, which the rehearsal names, is for the valve of [following]: this rod moves "
         "otherwise)",

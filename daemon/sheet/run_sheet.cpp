@@ -9,6 +9,7 @@
 #include "config/characterisation.hpp"
 #include "config/experiment_config.hpp"
 #include "config/measured_check.hpp"
+#include "config/start_section.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
@@ -109,15 +110,10 @@ std::string rig_lines(const RunSheet& run) {
 }
 
 std::string experiment_lines(const RunSheet& run) {
-  const config::RigLimits& limits = run.rig.limits;
-  const bool is_metric = run.rig.units == "mm";
-  return fmt::format(
-      "[start]\n"
-      "displacement_{} = {:.{}f}  # the middle of the travel\n"
-      "# offset_V of its [excitation]: `eha check` of its file rehearses it\n"
-      "# with these numbers and names the one at which the rod does not drift.\n",
-      is_metric ? "mm" : "in",
-      0.5 * (is_metric ? kMillimetresPerInch : 1.0) * (limits.travel_min_in + limits.travel_max_in), is_metric ? 1 : 3);
+  return config::start_at_middle(run.rig) +
+         "  # the middle of the travel\n"
+         "# offset_V of its [excitation]: `eha check` of its file rehearses it\n"
+         "# with these numbers and names the one at which the rod does not drift.\n";
 }
 
 bool is_in_rig_file(const RunSheet& run) {
