@@ -35,6 +35,11 @@ constexpr std::array kPlaceNames = std::to_array<std::string_view>(
     {"displacement", "position", "pos", "weg", "hub", "stroke", "kolben", "rod", "travel", "lage"});
 constexpr std::array kValveNames = std::to_array<std::string_view>(
     {"valve", "ventil", "stell", "spannung", "voltage", "strom", "servo", "spool", "u"});
+/// Of a valve whatever the unit: its spool may be measured in millimetres.
+constexpr std::array kSpoolNames = std::to_array<std::string_view>({"valve", "ventil", "spool", "schieber"});
+/// Of what was measured.
+constexpr std::array kMeasuredNames =
+    std::to_array<std::string_view>({"ist", "actual", "feedback", "fbk", "fb", "measured", "monitor", "istwert"});
 constexpr std::array kPressureNames =
     std::to_array<std::string_view>({"pressure", "druck", "pression", "force", "kraft", "load"});
 /// Of a temperature; those of oil are, beside a T.
@@ -126,6 +131,12 @@ bool is_demand_as_input(const std::vector<std::string>& words, std::string_view 
   if (!holds(kInputUnits, unit) || has_word(words, kValveNames)) return false;
   return names_set_point(words) || has_word(words, kDemands) ||
          (has_word(words, kPlaceDemandNames) && has_word(words, kPlaceNames));
+}
+
+/// "Ventil Ist [V]", "spool actual [mm]", but not "servo position feedback".
+bool is_valve_feedback(const std::vector<std::string>& words, std::string_view unit) {
+  if (!has_word(words, kMeasuredNames) || has_word(words, kPlaceNames)) return false;
+  return has_word(words, kSpoolNames) || (has_word(words, kValveNames) && !holds(kOutputUnits, unit));
 }
 
 /// The place that a control loop is to reach: "Soll", "Ch 1 Command [mm]", but not "Ventil Soll [V]".
@@ -267,8 +278,11 @@ Hints hints_of(std::string_view name, std::string_view unit) {
     hints.is_set_point = true;
   }
   hints.is_demand_as_input = is_demand_as_input(words, unit);
+  hints.is_valve_feedback = is_valve_feedback(words, unit);
   hints.is_pressure = holds(kForceUnits, unit) || has_word(words, kPressureNames);
-  hints.is_beside = hints.is_beside || holds(kForceUnits, unit);
+  // "Weg Soll [V]" is what a loop is to reach.
+  hints.is_beside =
+      hints.is_beside || holds(kForceUnits, unit) || (hints.is_demand_as_input && has_word(words, kPlaceNames));
   const bool is_named = has_word(words, kTemperatureNames) || holds(words, "temp") ||
                         (holds(words, "t") && has_word(words, kOilNames)) || is_of_place;
   hints.names_temperature = is_named || holds(kTemperatureUnits, unit);

@@ -47,12 +47,13 @@ struct Hints {
   int input = 0;
   int output = 0;
   int index = 0;  ///< 0 or 2: a column that numbers the rows
-  /// A set point of the rod's place, a force, a pressure, a temperature or what surrounds the plant: no input that is
-  /// taken unasked.
+  /// A set point of the rod's place, also in volts, a force, a pressure, a temperature or what surrounds the plant: no
+  /// input that is taken unasked.
   bool is_beside = false;
   bool is_set_point = false;  ///< of the rod's place: no output that is taken unasked
   /// Named as a set point, in a unit of an input: one where another column is the input, as a controller's output is.
   bool is_demand_as_input = false;
+  bool is_valve_feedback = false;  ///< what a valve reports of its own spool or current: no output taken unasked
   bool is_pressure = false;        ///< or a force
   bool is_temperature = false;     ///< never the time
   bool is_ambient = false;         ///< of what surrounds the plant

@@ -38,6 +38,7 @@ int rank_as_output(const Hints& hints) {
   if (hints.is_ambient) return -3;
   if (hints.names_temperature) return -2;
   if (hints.is_set_point || hints.is_demand_as_input) return -1;
+  if (hints.is_valve_feedback) return 0;
   if (hints.output > hints.input) return 4;
   if (hints.is_pressure) return 3;
   return hints.input > hints.output ? 1 : 2;
@@ -247,7 +248,8 @@ class Finder {
       if (hints_[i].time > 0 && hints_[i].input == 0 && hints_[i].output == 0) continue;
       const bool numbers_rows =
           counts_rows(columns_[i].sample) && (hints_[i].index > 0 || columns_[i].sample.size() >= kFewestCounted);
-      (numbers_rows || hints_[i].is_beside ? spare : found).push_back(i);
+      const bool is_spare = numbers_rows || hints_[i].is_beside || hints_[i].is_valve_feedback;
+      (is_spare ? spare : found).push_back(i);
     }
     // A column that counts is no row number where it is needed: it may be a ramp.
     if (found.size() < needed) {
@@ -295,9 +297,12 @@ class Finder {
         best_output = left.back();
       }
     }
-    // A set point is what the rod was to do, not what it did.
+    // A set point is what the rod was to do, not what it did; what a valve reports is neither. With one column left
+    // that an option made the only choice there is nothing to ask.
+    const bool is_of_valve = !output && best_output && hints_[*best_output].is_valve_feedback && left.size() > 1;
     const bool is_doubtful = (!input && best_input && hints_[*best_input].is_beside) ||
                              (!output && best_output && hints_[*best_output].is_set_point);
+    if (is_of_valve) ask(roles, left, best_input, std::nullopt);
     if (is_doubtful || !best_input || !best_output || *best_input == *best_output)
       ask(roles, left, best_input, best_output);
     roles.input = *best_input;
@@ -347,6 +352,15 @@ class Finder {
     return best.front();
   }
 
+  /// Says of a column that it is no motion of the rod, though its name is one of a measured signal.
+  [[nodiscard]] std::string of_valve(const std::vector<std::size_t>& left) const {
+    const auto found =
+        std::find_if(left.begin(), left.end(), [&](std::size_t i) { return hints_[i].is_valve_feedback; });
+    if (found == left.end()) return {};
+    return fmt::format(" By its name {} is what the valve reports of itself, and not what it moves.",
+                       described(columns_, *found));
+  }
+
   [[noreturn]] void ask(const Roles& roles, const std::vector<std::size_t>& left, std::optional<std::size_t> input,
                         std::optional<std::size_t> output) const {
     // An example that works: what is known, and for the rest the likeliest columns, the first of equal ones.
@@ -379,8 +393,8 @@ class Finder {
     if (roles.time && !options_.time && times_.empty()) answer.time = std::to_string(*roles.time + 1);
     if (!options_.input) answer.input = std::to_string(*input + 1);
     if (!options_.output) answer.output = std::to_string(*output + 1);
-    throw ColumnsAsked(fmt::format("{}: which columns are input and output? It has {} columns: {}.", table_.place(),
-                                   columns_.size(), list()),
+    throw ColumnsAsked(fmt::format("{}: which columns are input and output? It has {} columns: {}.{}", table_.place(),
+                                   columns_.size(), list(), of_valve(left)),
                        std::move(answer), command(extra));
   }
 

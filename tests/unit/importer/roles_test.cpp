@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "daemon/importer/clock_text.hpp"
@@ -117,6 +119,39 @@ TEST(Roles, AskBeforeAForceOrASetPointIsTheInput) {
     const std::string refusal = columns_of(text);
     EXPECT_NE(refusal.find("--time 1 --input 2 --output 3`"), std::string::npos) << refusal;
     EXPECT_EQ(columns_of(text, {.input = "2", .output = "3"}).find("which columns"), std::string::npos);
+  }
+}
+
+TEST(Roles, AskBeforeAValvesOwnFeedbackIsTheOutput) {
+  for (const auto& [header, answer] :
+       {std::pair("Zeit [s];Ventil Soll [V];Ventil Ist [V];Druck [bar]", "--input 2 --output 4`"),
+        std::pair("Zeit [s];Ventil Soll [V];Ventil Ist [V]", "--input 2 --output 3`"),
+        std::pair("time;valve_cmd;valve_fbk;p [bar]", "--input 2 --output 4`"),
+        std::pair("time [s];spool command [%];spool actual [%];p [bar]", "--input 2 --output 4`"),
+        std::pair("time [s];spool command [mm];spool actual [mm]", "--input 2 --output 3`"),
+        std::pair("Zeit [s];Strom Soll [mA];Strom Ist [mA];Kraft [N]", "--input 2 --output 4`")}) {
+    const bool is_three = std::count(header, header + std::string_view(header).size(), ';') == 2;
+    const std::string text =
+        std::string(header) + (is_three ? "\n0;1;2\n0.1;2;3\n0.2;4;3\n" : "\n0;1;2;5\n0.1;2;3;6\n0.2;4;3;8\n");
+    const std::string refusal = columns_of(text);
+    EXPECT_NE(refusal.find("which columns are input and output?"), std::string::npos) << header << ": " << refusal;
+    EXPECT_NE(refusal.find("is what the valve reports of itself"), std::string::npos) << header << ": " << refusal;
+    EXPECT_NE(refusal.find(answer), std::string::npos) << header << ": " << refusal;
+    EXPECT_EQ(columns_of(text, {.input = "2", .output = "3"}).find("which columns"), std::string::npos) << header;
+  }
+  EXPECT_EQ(columns_of("Zeit [s];Ventil Soll [V];Ventil Ist [V];Weg [mm]\n0;1;2;3\n0,1;2;3;5\n0,2;4;3;6\n"),
+            "Ventil_Soll/Weg");
+  EXPECT_EQ(columns_of("Zeit [s];Ventil Ist [V];Weg [mm]\n0;1;2\n0,1;2;3\n0,2;4;3\n"), "Ventil_Ist/Weg");
+  EXPECT_EQ(columns_of("Zeit [s];Ventil [V];Kolben Ist [V]\n0;1;2\n0,1;2;3\n0,2;4;3\n"), "Ventil/Kolben_Ist");
+}
+
+TEST(Roles, AskBeforeThePlaceThatALoopIsToReachIsTheInput) {
+  for (const char* header : {"Zeit [s];Weg Soll [V];Weg Ist [V]", "Zeit [s];Weg Soll [mm];Weg Ist [mm]",
+                             "time [s];position command [V];position [V]", "time [s];pos_ref;pos"}) {
+    const std::string text = std::string(header) + "\n0;1;2\n0.1;2;3\n0.2;4;3\n";
+    const std::string refusal = columns_of(text);
+    EXPECT_NE(refusal.find("--time 1 --input 2 --output 3`"), std::string::npos) << header << ": " << refusal;
+    EXPECT_EQ(columns_of(text, {.input = "2", .output = "3"}).find("which columns"), std::string::npos) << header;
   }
 }
 
