@@ -32,6 +32,8 @@ constexpr double kHopelessFit_percent = 95.0;  // above which the model predicts
 constexpr double kShiftByExperiment = 1.5;
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 there
 
+constexpr double kMostHidden_percent = 10.0;  // of the output's variance, left over beside plain noise
+
 constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
 
 /// Why a straight model of a record says nothing about one of another length; empty where both are long enough.
@@ -294,6 +296,25 @@ bool explains_little(const ident::Model& model) {
   return !(model.estimation->score.r2_percent >= kLittle_percent);
 }
 
+/// Share of the output's variance [%] that a model leaves over beside plain noise: it may be a part of the plant, and
+/// what changes there is not seen.
+double hidden_percent(const ident::Model& model) {
+  const double left = 100.0 - model.estimation->score.r2_percent;
+  const double mse = model.estimation->score.mse;
+  const double plain = model.estimation->noise && mse > 0.0 ? model.estimation->noise->variance / mse : 0.0;
+  return left * std::max(0.0, 1.0 - plain);
+}
+
+/// Why two models of which neither is shown to differ certify nothing: one leaves so much over that a change may hide
+/// there. None where both say enough.
+std::optional<Unfit> hides_a_change(const ident::Model& before, const ident::Model& after) {
+  const bool is_first = hidden_percent(before) >= hidden_percent(after);
+  const ident::Model& poor = is_first ? before : after;
+  if (!(hidden_percent(poor) > kMostHidden_percent)) return std::nullopt;
+  return Unfit{is_first, fmt::format("it explains only {:.0f} % of that record, and a change may hide in the rest",
+                                     poor.estimation->score.r2_percent)};
+}
+
 /// Whether every record determines the dead band of its map, and it is none of 0.
 bool shows_a_valve(const std::vector<ComparedRun>& runs) {
   return std::all_of(runs.begin(), runs.end(), [](const ComparedRun& run) {
@@ -460,6 +481,9 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
         explains_little(comparison.runs.front().fit.model) || explains_little(comparison.runs[i].fit.model);
     if (says_little || !first_model_holds(comparison.runs[i])) {
       comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
+    }
+    if (!comparison.runs[i].unfit && !comparison.runs[i].change->changed && first_model_holds(comparison.runs[i])) {
+      comparison.runs[i].unfit = hides_a_change(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
     if (structure.structure.input_map.valve) {

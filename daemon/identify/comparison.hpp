@@ -43,8 +43,9 @@ struct ComparedRun {
   };
   std::optional<BentMap> bent_map = {};
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
-  /// One of the two models does not describe its own record: `change` then claims nothing. Never set where the first
-  /// model holds, as it then describes both.
+  /// One of the two models does not describe its own record: `change` then claims nothing. Where the first model errs
+  /// as little as the other one it is set only if no change is shown and one of them leaves so much over that a change
+  /// may hide there.
   std::optional<Unfit> unfit = {};
 };
 

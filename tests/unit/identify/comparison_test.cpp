@@ -130,6 +130,43 @@ TEST(Comparison, ClaimsNothingByAModelWithAGainOfTheOtherSignOrAMapThatIsOneWay)
   EXPECT_NE(unfit_of(one, poor)->why.find("20 times as much"), std::string::npos) << unfit_of(one, poor)->why;
 }
 
+/// A lag of levels, with a load that moves the output by itself: plain noise, or noise behind a lag of its own.
+Source loaded_source(std::uint64_t seed, double load_s) {
+  ident::PortableDraw levels(7);
+  ident::PortableDraw draw(seed);
+  Source source;
+  source.name = fmt::format("loaded{}.csv", seed);
+  source.record.step_s = 0.02;
+  source.record.input.resize(4000);
+  source.record.output.resize(4000);
+  const double kept = load_s > 0.0 ? std::exp(-0.02 / load_s) : 0.0;
+  double level = 0.0;
+  double x = 0.0;
+  double load = 0.0;
+  for (Eigen::Index k = 0; k < 4000; ++k) {
+    if (k % 40 == 0) level = 3.0 * levels.normal();
+    source.record.input[k] = level;
+    load = kept * load + 1.6 * std::sqrt(1.0 - kept * kept) * draw.normal();
+    source.record.output[k] = x + load;
+    x += (1.0 - std::exp(-0.02 / 0.2)) * (level - x);
+  }
+  return source;
+}
+
+TEST(Comparison, CertifiesNothingByAModelInWhoseRestAChangeMayHide) {
+  const RunComparison loaded = compare_runs({loaded_source(1, 3.0), loaded_source(2, 3.0)});
+  EXPECT_NEAR(loaded.runs[0].fit.model.estimation->score.r2_percent, 72.0, 8.0);
+  EXPECT_FALSE(loaded.runs[1].change->changed);
+  ASSERT_TRUE(loaded.runs[1].unfit);
+  EXPECT_NE(loaded.runs[1].unfit->why.find("a change may hide in the rest"), std::string::npos)
+      << loaded.runs[1].unfit->why;
+  // Of plain noise the intervals know how much it hides.
+  const RunComparison noisy = compare_runs({loaded_source(1, 0.0), loaded_source(2, 0.0)});
+  EXPECT_NEAR(noisy.runs[0].fit.model.estimation->score.r2_percent, 72.0, 8.0);
+  EXPECT_FALSE(noisy.runs[1].change->changed);
+  EXPECT_FALSE(noisy.runs[1].unfit) << noisy.runs[1].unfit->why;
+}
+
 TEST(Comparison, ConvertsLengthsAndTakesRowsOfAnotherStep) {
   const Source one = source_of(seeded(1));
   Source other = source_of(seeded(1));
