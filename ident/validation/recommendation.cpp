@@ -464,13 +464,12 @@ bool stands_before(const Model& a, const Model& b, const Model* first) {
   return std::pair(place(a), shown_mse(a)) < std::pair(place(b), shown_mse(b));
 }
 
-/// Of rejected models the best by the criterion, unless that errs by more than the output's spread on unseen data: then
-/// the one that errs least there.
+/// Of rejected models the one that errs least on unseen data, as their table has it first; of equal ones the best by
+/// the criterion.
 const Model& nearest(const Models& all) {
   const auto fit_percent = [](const Model* model) {
     return model->validation ? model->validation->score.fit_percent : -std::numeric_limits<double>::infinity();
   };
-  if (!all.front()->validation || fit_percent(all.front()) > 0.0) return *all.front();
   return **std::max_element(all.begin(), all.end(),
                             [&](const Model* a, const Model* b) { return fit_percent(a) < fit_percent(b); });
 }

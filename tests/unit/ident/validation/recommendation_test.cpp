@@ -308,6 +308,18 @@ TEST(Recommendation, IsNoneWithTheReasonWhereNothingIsAccepted) {
   EXPECT_EQ(recommended({}).model, "");
 }
 
+TEST(Recommendation, CallsTheOneNearestThatErrsLeastOnUnseenData) {
+  std::vector<Model> models{model_of("io", -130.0, Order::whole, Figures::unconverged),
+                            model_of("io1", -100.0, Order::whole, Figures::unconverged),
+                            model_of("lag", -120.0, Order::whole, Figures::unconverged)};
+  models[0].validation->score.fit_percent = 36.7;
+  models[1].validation->score.fit_percent = 41.8;
+  models[2].validation->score.fit_percent = 12.0;
+  const Recommendation found = recommended(models);
+  EXPECT_NE(found.reason.find("io1 comes nearest"), std::string::npos) << found.reason;
+  EXPECT_EQ(in_table_order(models, found, [](const Model& m) -> const Model& { return m; }).front().name, "io1");
+}
+
 TEST(Recommendation, SaysFirstWhatLiesInTheRecord) {
   std::vector<Model> models{model_of("io", -100.0), model_of("io3", -107.0)};
   for (Model& model : models) {
