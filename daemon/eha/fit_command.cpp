@@ -311,6 +311,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   } else {
     console.set_rig(access_of_file());
   }
+  suggest::RigAccess rig = console.rig();
+  rig.fit = command_of_ladder(command);
+  console.set_rig(std::move(rig));
   print_import(source.guess, source.remarks, source.repairs, console);
   if (source.experiment) {
     const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };

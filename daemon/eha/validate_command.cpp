@@ -142,7 +142,9 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
-  console.set_rig(source.run_folder ? access_of_run(*source.run_folder) : access_of_file());
+  suggest::RigAccess rig = source.run_folder ? access_of_run(*source.run_folder) : access_of_file();
+  if (is_read_as_it_is(command.import)) rig.fit = "eha fit " + shell_word(command.source);
+  console.set_rig(std::move(rig));
   const bool is_asked = command.record.intersample == ident::Intersample::straight;
   if (is_asked || (!source.run_folder &&
                    intersample_for(command.record.intersample, model, console) == ident::Intersample::straight)) {

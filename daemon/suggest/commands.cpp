@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -53,6 +55,28 @@ struct Quotes {
   std::string_view after;
 };
 
+/// A fit of the record with an option more; after a `--` it would be an argument.
+std::string fit_with(std::string fit, std::string_view option) {
+  return fit.insert(std::min(fit.find(" -- "), fit.size()), option);
+}
+
+/// Completes `eha fit --model NAME` with the record.
+std::string with_record(std::string_view text, const RigAccess& rig, std::string_view before, std::string_view after,
+                        const std::function<std::string(const std::string&)>& shown) {
+  constexpr std::string_view kShort = "eha fit --model ";
+  const std::string begin = fmt::format("{}{}", before, kShort);
+  std::string result;
+  for (std::size_t at = text.find(begin); at != std::string_view::npos; at = text.find(begin)) {
+    const std::size_t name = at + begin.size();
+    const std::size_t end = text.find(after, name);
+    if (end == std::string_view::npos) break;
+    const std::string option = fmt::format(" --model {}", text.substr(name, end - name));
+    result.append(text.substr(0, at + before.size())).append(shown(on_one_line(fit_with(rig.fit, option))));
+    text.remove_prefix(end);
+  }
+  return result.append(text);
+}
+
 template <typename Shown>
 std::string completed_between(std::string_view text, const RigAccess& rig, Quotes quotes, const Shown& shown) {
   const auto quoted = [&](const std::string& command) {
@@ -63,6 +87,7 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
   for (const auto& [name, whole] : whole_commands(rig)) {
     if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
   }
+  if (!rig.fit.empty()) result = with_record(result, rig, quotes.before, quotes.after, shown);
   if (rig.model.empty()) return result;
   RigAccess tuned = rig;
   // A measurement before it in the text has written a new rig file.

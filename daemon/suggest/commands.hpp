@@ -24,6 +24,7 @@ struct RigAccess {
   std::string controller = {};                ///< file of the controller in question; empty: none
   std::string model = {};                     ///< file, or run, of which a controller is made; empty: none
   std::string new_controller = {};            ///< file that `eha tune` writes; empty: its default one
+  std::string fit = {};                       ///< `eha fit RECORD` of the record in question; empty: none
 };
 
 /// How the run of a run.json was played, with the names in it, which are absolute. New files are named after the time
@@ -56,7 +57,8 @@ struct RigAccess {
 
 /// Completes commands that a text names in short, between backticks: `eha characterise`, `eha read`, `eha track`, and
 /// "then `eha tune`" or ": `eha tune`", each as the functions above make it, a local `eha tune` with the rig file that an `eha characterise`
-/// of the same text writes. `eha track` needs a controller, `eha tune` a model; without it the name stays.
+/// of the same text writes, and `eha fit --model NAME`, which gets the record. `eha track` needs a controller, `eha tune` a model; without it
+/// the name stays.
 [[nodiscard]] std::string completed(std::string_view text, const RigAccess& rig);
 
 /// The same in HTML, where a command stands as <code>eha read</code>.

@@ -46,6 +46,21 @@ TEST(Suggestions, CompleteWhatATextNamesInShort) {
   EXPECT_EQ(completed(whole, rig), whole);
 }
 
+TEST(Suggestions, NameTheRecordOfAFitWithAnotherStructure) {
+  const std::string text =
+      "fit the structure with dry friction (`eha fit --model friction`), or `eha fit --model outflow`";
+  RigAccess rig;
+  EXPECT_EQ(completed(text, rig), text);
+  rig.fit = "eha fit 'my bench.csv' --to 78";
+  const std::string whole = completed(text, rig);
+  EXPECT_EQ(whole,
+            "fit the structure with dry friction (`eha fit 'my bench.csv' --to 78 --model friction`), or `eha fit 'my "
+            "bench.csv' --to 78 --model outflow`");
+  EXPECT_EQ(completed(whole, rig), whole);
+  rig.fit = "eha fit --to 78 -- -r.csv";
+  EXPECT_EQ(completed("`eha fit --model friction`", rig), "`eha fit --to 78 --model friction -- -r.csv`");
+}
+
 TEST(Suggestions, EscapeTheNamesOfAPage) {
   RigAccess rig = local_rig();
   rig.rig_file = "<b>&'\n.toml";
