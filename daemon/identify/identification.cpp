@@ -98,12 +98,21 @@ std::optional<PieceRemark> piece_remark(const IdentificationTask& task) {
 /// Why another share of the record estimates than the default.
 std::string other_split_remark(const ident::CoveringSplit& other, const IdentificationTask& task) {
   const std::string unit = ident::after_number(task.record.input_channel.unit);
+  const std::string first = fmt::format("{:.4g} to {:.4g}{}", other.lowest, other.highest, unit);
+  const std::string rest = fmt::format("{:.4g} to {:.4g}{}", other.lowest_of_rest, other.highest_of_rest, unit);
+  // Of one range the first part has too few levels on one side of the input's middle.
+  const std::string what =
+      first == rest ? fmt::format(
+                          "both parts of the record have an input of {}, but the first too few of its levels, "
+                          "so that it does not tell a valve's dead band and gains",
+                          first)
+                    : fmt::format(
+                          "the two parts of the record see different inputs, {} and {}, and the first does not "
+                          "tell a valve's dead band and gains",
+                          first, rest);
   return fmt::format(
-      "the two parts of the record see different inputs, {:.4g} to {:.4g}{} and {:.4g} to {:.4g}{}, and the first does "
-      "not tell a valve's dead band and gains; so {:.0f} % of the record estimate and the rest judges; with "
-      "--split {:g} as by default, or 1 for all of it",
-      other.lowest, other.highest, unit, other.lowest_of_rest, other.highest_of_rest, unit, 100.0 * other.share,
-      task.options.split);
+      "{}; so {:.0f} % of the record estimate and the rest judges; with --split {:g} as by default, or 1 for all of it",
+      what, 100.0 * other.share, task.options.split);
 }
 
 /// Fits one structure and measures the duration.

@@ -12,17 +12,21 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kByChance = 0.05;  // of the lags outside the 99 % bound: five times what noise puts there
+constexpr double kByChance = 0.05;    // of the lags outside the 99 % bound: five times what noise puts there
+constexpr double kByChance95 = 0.20;  // and of the 95 % bound: four times
 
 bool is_outside(const Correlation& correlation, int first_lag) {
   std::size_t lags = 0;
   std::size_t outside = 0;
+  std::size_t outside95 = 0;
   for (std::size_t i = 0; i < correlation.lags.size(); ++i) {
     if (correlation.lags[i] < first_lag) continue;
     ++lags;
     outside += std::abs(correlation.values[i]) > correlation.bound99 ? 1 : 0;
+    outside95 += std::abs(correlation.values[i]) > correlation.bound95 ? 1 : 0;
   }
-  return static_cast<double>(outside) > kByChance * static_cast<double>(lags);
+  return static_cast<double>(outside) > kByChance * static_cast<double>(lags) ||
+         static_cast<double>(outside95) > kByChance95 * static_cast<double>(lags);
 }
 
 /// "0.0012 in rms, 0.15 % of the output's standard deviation"

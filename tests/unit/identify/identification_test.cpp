@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/identify/identification.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -157,6 +160,26 @@ TEST(Identify, JudgesAStepByItsSecondHalfWhereTheOutputGoesOn) {
   source.record.output = ident::simulate({{{1.5, 0.0}}, {{1.0, 1.0}}, 0.0}, source.record.input.array() - 1.0, 0.02);
   const Identification found = identify(source, task_with_one_pole(source), {}, {});
   EXPECT_TRUE(found.models.at(0).result.model.validation) << "a rod that runs shows its gain";
+}
+
+TEST(Identify, SaysOfTwoPartsOfOneRangeThatTheFirstHasTooFewLevels) {
+  Source source;
+  source.name = "stairs.csv";
+  source.record.step_s = 0.01;
+  const std::vector<double> levels{0, 4, 0, -4, 0, 4, 0, -4, 0, 1, 0, -1, 0, 2, 0, -2, 0, 4, 0, -4};
+  source.record.input = Eigen::VectorXd(40 * static_cast<Eigen::Index>(levels.size()));
+  for (Eigen::Index k = 0; k < source.record.input.size(); ++k) {
+    source.record.input[k] = levels[static_cast<std::size_t>(k / 40)];
+  }
+  source.record.output = ident::simulate({{{12.0, 0.0}}, {{0.06, 2.0}, {1.0, 1.0}}, 0.0}, source.record.input, 0.01);
+  const Identification found = identify(source, task_of(source), {}, {});
+  const auto says = [&](const std::string& part) {
+    return std::any_of(found.warnings.begin(), found.warnings.end(),
+                       [&](const std::string& warning) { return warning.find(part) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("both parts of the record have an input of -4 to 4 V, but the first too few of its levels"))
+      << fmt::format("{}", fmt::join(found.warnings, "\n"));
+  EXPECT_FALSE(says("-4 to 4 V and -4 to 4 V"));
 }
 
 TEST(Identify, LetsMoreOfAStaircaseEstimateWhoseFirstHalfDoesNotTellADeadBand) {

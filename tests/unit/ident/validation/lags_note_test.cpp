@@ -49,6 +49,19 @@ TEST(LagsNote, SaysThatTheTestOfAllLagsFindsWhatNoSingleOneShows) {
   }
 }
 
+TEST(LagsNote, CountsLagsAsThe95PercentBoundThatIsPrintedDoes) {
+  Model model = model_with_lags(0.01, 0.02, 1e-21);
+  Correlation& ccf = model.validation->ccf;
+  ccf.values.assign(20, 0.0);
+  ccf.lags.resize(20);
+  for (int lag = 0; lag < 20; ++lag) ccf.lags[static_cast<std::size_t>(lag)] = lag;
+  // Five of twenty beyond 95 %, none beyond 99 %: more than chance puts there.
+  for (std::size_t k = 0; k < 5; ++k) ccf.values[k] = 0.5 * (ccf.bound95 + ccf.bound99);
+  EXPECT_EQ(lags_note_on(model).find("No more lags"), std::string::npos) << lags_note_on(model);
+  for (std::size_t k = 2; k < 5; ++k) ccf.values[k] = 0.0;
+  EXPECT_NE(lags_note_on(model).find("No more lags"), std::string::npos) << lags_note_on(model);
+}
+
 TEST(LagsNote, LeavesNoGapWhereTheRecordHasNoUnit) {
   Model model = model_with_lags(0.9, 0.02, 0.5);
   model.output_unit.clear();
