@@ -28,7 +28,7 @@ constexpr int kMostBoxSteps = 200;    // of those followed
 constexpr std::size_t kMostBoxesFollowed = 3;
 constexpr double kTolerance = 1e-8;      // relative, of cost and step
 constexpr double kLeastLogarithm = -50;  // of a positive value
-constexpr double kUnseen = 0.1;          // of a row: the record shows no shorter time constant
+constexpr double kUnseen = 0.01;         // of a row: the record shows no shorter time constant
 
 /// The linear structure of a kind, without the requests for what it does not have.
 StructureOptions linear_of(const StructureOptions& asked, const GreyBoxKind& kind) {

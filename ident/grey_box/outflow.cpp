@@ -34,7 +34,8 @@ constexpr std::span kOutflowParameters = std::span(kOverflowParameters).first<4>
 
 constexpr double kStepsATimeConstant = 8.0;   // of the integration, which then errs by 1e-6 of a motion
 constexpr double kMostSteps = 16.0;           // a call
-constexpr double kShortest = 0.1;             // of a call, of a time constant: the steps follow no shorter one
+constexpr double kQuick = 0.1;                // of a call: the level of a faster tank has settled at its end
+constexpr double kLeast = 1e-6;               // of a time constant, as one of 0 has no level
 constexpr int kMostEvents = 4;                // instants of a call at which a tank becomes full
 constexpr int kEventRounds = 3;               // of the secant that finds one
 constexpr double kFull = 1e-9;                // relative
@@ -52,12 +53,17 @@ struct Tanks {
   double upper_top = std::numeric_limits<double>::infinity();  // above the bottom, as the next
   double lower_top = std::numeric_limits<double>::infinity();
   double spill = 0.0;
+  // Against the duration of a call: the level of a quick tank settles within it.
+  bool is_upper_quick = false;
+  bool is_lower_quick = false;
 };
 
 /// @param duration_s  of a call
 Tanks tanks_of(const double* values, bool overflows, double duration_s) {
-  const double shortest_s = kShortest * duration_s;
+  const double shortest_s = kLeast * std::max({values[kUpper], values[kLower], duration_s});
   Tanks t;
+  t.is_upper_quick = values[kUpper] < kQuick * duration_s;
+  t.is_lower_quick = values[kLower] < kQuick * duration_s;
   t.gain = values[kInflowGain];
   t.lower = values[kLevel];
   t.flow = 2.0 * t.lower / std::max(values[kLower], shortest_s);
@@ -83,6 +89,8 @@ Levels rates(const Tanks& t, double v, const Levels& x) {
     rate.lower += t.spill * rate.upper;
     rate.upper = 0.0;
   }
+  if (t.is_upper_quick) rate.upper = 0.0;  // it has settled
+  if (t.is_lower_quick) rate.lower = 0.0;  // it settles in the end
   if (x.lower >= t.lower_top) rate.lower = std::min(rate.lower, 0.0);
   return rate;
 }
@@ -116,9 +124,27 @@ Tanks unbounded_above(const Tanks& t, const Levels& x) {
   return open;
 }
 
+/// The level at which as much flows out as in.
+double settled(double inflow, double k, double top) {
+  const double root = std::max(0.0, inflow) / k;
+  return std::min(root * root, top);
+}
+
+/// What flows into the lower tank.
+double into_lower(const Tanks& t, double v, double upper) {
+  const double through = t.k1 * std::sqrt(upper);
+  return through + (upper >= t.upper_top ? t.spill * std::max(0.0, t.flow + t.gain * v - through) : 0.0);
+}
+
 /// Steps end where a tank becomes full; one that is full or empty stays within its bounds.
 void integrate(const Tanks& t, double* state, double v, double duration_s, double steps) {
   Levels x{state[1] + t.upper, state[0] + t.lower};
+  if (t.is_upper_quick) {
+    // What it held more, or less, than it settles at goes into the lower one at once.
+    const double level = settled(t.flow + t.gain * v, t.k1, t.upper_top);
+    if (!t.is_lower_quick) x.lower = std::clamp(x.lower + x.upper - level, 0.0, t.lower_top);
+    x.upper = level;
+  }
   const double step_s = duration_s / steps;
   double left_s = duration_s;
   for (int k = 0; k < static_cast<int>(kMostSteps) + kMostEvents && left_s > kRounding * duration_s; ++k) {
@@ -137,12 +163,17 @@ void integrate(const Tanks& t, double* state, double v, double duration_s, doubl
     x.lower = fills_lower ? t.lower_top : std::clamp(to.lower, 0.0, t.lower_top);
     left_s -= h;
   }
+  if (t.is_lower_quick) x.lower = settled(into_lower(t, v, x.upper), t.k2, t.lower_top);
   state[0] = x.lower - t.lower;
   state[1] = x.upper - t.upper;
 }
 
+/// Of the integration; a quick tank needs none.
 double steps_of(const double* values, double duration_s) {
-  const double shortest_s = std::min(values[kUpper], values[kLower]);
+  double shortest_s = duration_s * kStepsATimeConstant;
+  for (const std::size_t tank : {kUpper, kLower}) {
+    if (values[tank] >= kQuick * duration_s) shortest_s = std::min(shortest_s, values[tank]);
+  }
   return std::clamp(std::ceil(duration_s * kStepsATimeConstant / shortest_s), 1.0, kMostSteps);
 }
 
@@ -154,13 +185,10 @@ void advance_overflow(const double* values, double* state, double v, double dura
   integrate(tanks_of(values, true, duration_s), state, v, duration_s, steps_of(values, duration_s));
 }
 
-/// The levels at which as much flows out as in.
+/// Both levels at which as much flows out as in.
 void settle(const Tanks& t, double v, double* state) {
-  const double flow = std::max(0.0, t.flow + t.gain * v);
-  const double upper = std::min(flow / t.k1 * (flow / t.k1), t.upper_top);
-  const double through = t.k1 * std::sqrt(upper);
-  const double into_lower = through + t.spill * (flow - through);
-  state[0] = std::min(into_lower / t.k2 * (into_lower / t.k2), t.lower_top) - t.lower;
+  const double upper = settled(t.flow + t.gain * v, t.k1, t.upper_top);
+  state[0] = settled(into_lower(t, v, upper), t.k2, t.lower_top) - t.lower;
   state[1] = upper - t.upper;
 }
 

@@ -99,6 +99,40 @@ TEST(Outflow, EmptiesAsTorricelliSays) {
   EXPECT_NEAR(after(outflow_kind(), values, {0.0, 0.0}, -flow, 100.0, 200)[1] + upper, 0.0, 1e-4);
 }
 
+TEST(Outflow, IsOneTankWhereTheOtherIsFarTooQuickForTheTimeOfACall) {
+  // x' = flow + v - k sqrt x by small steps, of which the input stops the inflow in between.
+  const double level = 4.0;
+  const double slow_s = 60.0;
+  const double flow = 2.0 * level / slow_s;
+  double x = level;
+  State quick_upper{0.0, 0.0};
+  for (int row = 0; row < 60; ++row) {
+    const double v = row % 20 < 8 ? -flow : 1.5 * flow;
+    for (int step = 0; step < 5000; ++step) {
+      x = std::max(0.0, x + 1e-3 * (flow + v - flow / std::sqrt(level) * std::sqrt(x)));
+    }
+    quick_upper = after(outflow_kind(), {1.0, 1e-3, slow_s, level}, quick_upper, v, 5.0);
+    EXPECT_NEAR(quick_upper[0] + level, x, 2e-3) << row;
+  }
+}
+
+TEST(Outflow, KeepsWhatAQuickTankHolds) {
+  // A lag of a tenth of a call or less: the area between it and none is its time constant.
+  for (const double quick_s : {0.45, 0.2, 0.05}) {
+    State once{0.0, 0.0};
+    State often{0.0, 0.0};
+    for (int row = 0; row < 12; ++row) {
+      const double v = row % 4 < 2 ? 0.1 : -0.08;
+      once = after(outflow_kind(), {1.0, quick_s, 60.0, 4.0}, once, v, 5.0);
+      often = after(outflow_kind(), {1.0, quick_s, 60.0, 4.0}, often, v, 5.0, 1000);
+      EXPECT_NEAR(once[0], often[0], 2e-3) << quick_s << " " << row;
+      EXPECT_NEAR(once[1], often[1], 2e-3) << quick_s << " " << row;
+      const State lower = after(outflow_kind(), {1.0, 60.0, quick_s, 4.0}, once, v, 5.0);
+      EXPECT_NEAR(lower[0], after(outflow_kind(), {1.0, 60.0, quick_s, 4.0}, once, v, 5.0, 1000)[0], 2e-2) << row;
+    }
+  }
+}
+
 TEST(Outflow, OverflowsAtItsTop) {
   const std::vector<double> values{1.0, 3.0, 2.0, 4.0, 3.0, 2.0, 0.5};
   const State full = after(overflow_kind(), values, {0.0, 0.0}, 100.0, 50.0, 500);
