@@ -13,8 +13,9 @@ namespace {
 
 constexpr Eigen::Index kShortestStay = 8;
 constexpr std::size_t kMostStays = 64;
-constexpr double kVariances = 12.0;  // of rounding, in a squared step
-constexpr double kAlike = 0.5;       // of a stay: neighbours at least so long belong to one slow way
+constexpr std::size_t kMostOfStays = std::size_t{1} << 23U;  // numbers of all columns together, 64 MiB
+constexpr double kVariances = 12.0;                          // of rounding, in a squared step
+constexpr double kAlike = 0.5;  // of a stay: neighbours at least so long belong to one slow way
 
 struct RoundedStay {
   Eigen::Index first = 0;
@@ -100,7 +101,8 @@ Eigen::MatrixXd rounded_stays(const Record& record, const Comparison& comparison
     if (all[k].rows >= kShortestStay && !is_passed(all, k, record.output, step)) stays.push_back(all[k]);
   }
   std::stable_sort(stays.begin(), stays.end(), [](const auto& a, const auto& b) { return a.rows > b.rows; });
-  if (stays.size() > kMostStays) stays.resize(kMostStays);
+  const std::size_t most = std::clamp<std::size_t>(kMostOfStays / static_cast<std::size_t>(rows), 1, kMostStays);
+  if (stays.size() > most) stays.resize(most);
   const double rms = error_at_rest(record.output, step);
   Eigen::MatrixXd columns(rows, static_cast<Eigen::Index>(stays.size()));
   Eigen::Index next = 0;

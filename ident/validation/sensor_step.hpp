@@ -20,9 +20,9 @@ namespace eha::ident {
 inline constexpr double kShownByRounding = 0.3;
 
 /// What rounding leaves of a coarse output while that rests at one value: not noise, but one error for all rows of the
-/// stay. A root of its covariance: a column for each stay of 8 rows or more, at most the 64 longest, of the standard
-/// deviation of rounding, step / sqrt(12), less what noise before the rounding takes away. A stay on a slow way has
-/// none: its errors cancel.
+/// stay. A root of its covariance: a column for each stay of 8 rows or more, at most the 64 longest, and of more
+/// than 131072 rows as many as fit into 64 MiB, of the standard deviation of rounding, step / sqrt(12), less what noise
+/// before the rounding takes away. A stay on a slow way has none: its errors cancel.
 /// @param first  first compared row wanted
 /// @returns rows by m; m is 0 for an output without a step
 /// Cost: value_step() of the output, and O(N) a column.

@@ -99,5 +99,13 @@ TEST(RoundedStays, LetTheIntervalHoldTheTruth) {
   }
 }
 
+TEST(RoundedStays, TakeNoMoreMemoryOfALongRecord) {
+  Eigen::VectorXd output(1'000'000);
+  for (Eigen::Index k = 0; k < output.size(); ++k) output[k] = kStep * static_cast<double>((k / 5'000) * 7 % 20);
+  const Eigen::MatrixXd stays = stays_of(rounded(output));
+  EXPECT_GE(stays.cols(), 1);
+  EXPECT_LE(stays.size(), Eigen::Index{1} << 23);
+}
+
 }  // namespace
 }  // namespace eha::ident
