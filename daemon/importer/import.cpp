@@ -26,6 +26,7 @@
 #include "daemon/importer/replaced_clock.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
+#include "daemon/importer/slow_rows.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/importer/time_grid.hpp"
 
@@ -493,6 +494,9 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       findings_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
                          imported.held, record.start_s, record.step_s, !why.empty());
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
+  if (const std::string remark = remark_on_slow_rows(record.input, record.output, record.step_s); !remark.empty()) {
+    imported.remarks.push_back(path.string() + ": " + remark);
+  }
   imported.cut = findings.cut;
   imported.frozen = std::move(findings.frozen);
   imported.without_gaps = part_without_gaps(imported.record.unmeasured, static_cast<std::size_t>(record.output.size()),

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/slow_rows.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+
+namespace eha::importer {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kFewestShowing = 60;
+constexpr double kByItsRow = 0.5;    // of the output's variance
+constexpr double kByPastRows = 0.8;  // of it, at most
+constexpr double kLeftBeside = 0.5;  // of what past rows leave over, with the row's own input
+
+/// Share of the variance of y that the columns explain beside a constant.
+double share_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
+  const Eigen::VectorXd left = y - columns * columns.colPivHouseholderQr().solve(y);
+  return 1.0 - left.squaredNorm() / (y.array() - y.mean()).square().sum();
+}
+
+}  // namespace
+
+std::string remark_on_slow_rows(const Eigen::VectorXd& input, const Eigen::VectorXd& output, double step_s) {
+  const Index n = output.size() - 2;
+  if (n < kFewestShowing || input.size() != output.size() || !input.allFinite() || !output.allFinite()) return {};
+  const Eigen::VectorXd y = output.tail(n);
+  if (!(y.maxCoeff() > y.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
+  Eigen::MatrixXd columns(n, 6);
+  columns << Eigen::VectorXd::Ones(n), input.segment(1, n), input.head(n), output.segment(1, n), output.head(n),
+      input.tail(n);
+  const double by_past = share_of(columns.leftCols(5), y);
+  if (by_past > kByPastRows) return {};
+  Eigen::MatrixXd own(n, 2);
+  own << columns.col(0), columns.col(5);
+  const double by_own = share_of(own, y);
+  const double by_all = share_of(columns, y);
+  if (by_own < kByItsRow || 1.0 - by_all > kLeftBeside * (1.0 - by_past)) return {};
+  return fmt::format(
+      "the output answers within one row of {:.3g} s: the input of the same row explains {:.0f} % of it, all before "
+      "only "
+      "{:.0f} %; such rows are too slow to show how it answers: record at least ten times as many, or, where a logger "
+      "shifts a column by a row, shift it back",
+      step_s, 100.0 * by_own, 100.0 * by_past);
+}
+
+}  // namespace eha::importer

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/importer/slow_rows.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace eha::importer {
+namespace {
+
+/// Every `every`th of fine rows of 10 ms of a lag behind levels of a random input.
+std::string remark_on(double lag_s, int hold_rows, int every, bool integrates = false) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const Eigen::Index rows = 600;
+  Eigen::VectorXd input(rows);
+  Eigen::VectorXd output(rows);
+  double u = 0.0;
+  double y = 0.0;
+  int next = 0;
+  for (int k = 0; k < rows * every; ++k) {
+    if (k == next) {
+      u = normal(random) - (integrates ? 0.1 * y : 0.0);
+      next += hold_rows / 2 + static_cast<int>(random() % static_cast<unsigned>(hold_rows));
+    }
+    if (k % every == 0) {
+      input[k / every] = u;
+      output[k / every] = y + 0.01 * normal(random);
+    }
+    y += integrates ? 0.01 * u : (1.0 - std::exp(-0.01 / lag_s)) * (u - y);
+  }
+  return remark_on_slow_rows(input, output, 0.01 * every);
+}
+
+TEST(SlowRows, AreNamedWhereTheOutputAnswersWithinOne) {
+  for (const int hold : {60, 150, 400}) {
+    const std::string remark = remark_on(0.1, hold, 100);
+    EXPECT_NE(remark.find("within one row of 1 s"), std::string::npos) << hold << ": " << remark;
+    EXPECT_NE(remark.find("too slow"), std::string::npos) << remark;
+  }
+}
+
+TEST(SlowRows, AreNotNamedWhereTheyShowTheAnswer) {
+  for (const int hold : {20, 60, 400}) {
+    for (const int every : {1, 2, 5, 10}) EXPECT_EQ(remark_on(0.5, hold, every), "") << hold << " " << every;
+    EXPECT_EQ(remark_on(0.1, hold, 2), "") << hold;
+    EXPECT_EQ(remark_on(0.1, hold, 5, true), "") << hold;
+    EXPECT_EQ(remark_on(0.1, hold, 100, true), "") << hold;
+  }
+}
+
+}  // namespace
+}  // namespace eha::importer
