@@ -13,6 +13,7 @@
 
 #include "ident/excitation/excitation.hpp"
 #include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/gain_change.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -70,9 +71,9 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
-  for (const char* key :
-       {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
-        ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord}) {
+  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
+                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kAtCommandLimit,
+                          ident::kEffectOnOwnRecord, ident::kGainChanged, ident::kBesideGainChange}) {
     model.provenance.erase(key);
   }
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
@@ -89,10 +90,28 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
   }
 }
 
+namespace {
+
+/// Where the record has no end stop and no jump, which stand first.
+void note_gain_change(const ident::FitResult& result, ident::Model& model) {
+  if (!model.validation || model.validation->end_stop || model.validation->jump || model.grey_box) return;
+  const auto change = ident::gain_change(result.time_s, result.measured, result.simulated);
+  if (!change) return;
+  // It is known to a hundredth of the record.
+  const double margin_s = 0.015 * (result.time_s[result.time_s.size() - 1] - result.time_s[0]);
+  model.provenance[ident::kGainChanged] =
+      fmt::format("at about {:.3g} s, by a factor of {:.2g}", change->time_s, change->ratio);
+  model.provenance[ident::kBesideGainChange] =
+      fmt::format("--to {:.3g} or --from {:.3g}", change->time_s - margin_s, change->time_s + margin_s);
+}
+
+}  // namespace
+
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result) {
   ident::Model& model = result.model;
   note_record(task, model);
+  note_gain_change(result, model);
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);

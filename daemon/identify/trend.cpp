@@ -18,6 +18,7 @@
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::identify {
 namespace {
@@ -95,6 +96,14 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   const bool may_drift = best != nullptr && best->result.model.verdict &&
                          ident::fails_any(*best->result.model.verdict, {ident::CriterionKind::residual_drift,
                                                                         ident::CriterionKind::error_over_estimating});
+  // What a changed gain leaves over is no line.
+  const auto has_changed = [](const IdentifiedModel& one) {
+    return one.result.model.provenance.contains(ident::kGainChanged);
+  };
+  const std::vector<IdentifiedModel>& models = identification.models;
+  if (best != nullptr ? has_changed(*best) : std::any_of(models.begin(), models.end(), has_changed)) {
+    return std::nullopt;
+  }
   if (best != nullptr && !may_drift && !ident::takes_in_a_drift(best->result.model)) return std::nullopt;
   if (!may_drift && std::none_of(identification.models.begin(), identification.models.end(), is_drift)) {
     return std::nullopt;

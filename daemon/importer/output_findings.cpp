@@ -208,6 +208,8 @@ std::vector<Stretch> beyond_a_step(std::vector<Stretch> found, const std::vector
   return found;
 }
 
+constexpr double kAskedBack = 0.1;  // of the range
+
 /// Stretches over which the output stands at its greatest or least value while the input asks it to go on, and shorter
 /// ones at the same end.
 std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vector<double>& output) {
@@ -241,11 +243,18 @@ std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vect
       if (!is_long(stretch)) return false;
       double asked = 0.0;
       double most = 0.0;
+      double asked_back = 0.0;
+      double most_back = 0.0;
       for (std::size_t k = stretch.first; k <= stretch.second; ++k) {
-        asked = std::max(0.0, asked + side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window));
+        const double way = side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window);
+        asked = std::max(0.0, asked + way);
         most = std::max(most, asked);
+        asked_back = std::max(0.0, asked_back - way);
+        most_back = std::max(most_back, asked_back);
       }
-      return most > kAskedOverBand * std::max(band, step);
+      // A rod on its stop comes back where it is asked to; one that does not answers to nothing.
+      const double little = kAskedOverBand * std::max(band, step);
+      return most > little && most_back < std::max(little, kAskedBack * range);
     });
     if (is_stop) found.insert(found.end(), ends[i].begin(), ends[i].end());
   }

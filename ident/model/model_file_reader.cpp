@@ -261,8 +261,8 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
   if (object.has("end_stop")) {
-    const Node stop =
-        object.at("end_stop").object({"level", "from_s", "percent", "other", "clean_from_s", "clean_to_s"});
+    const Node stop = object.at("end_stop").object(
+        {"level", "from_s", "percent", "other", "clean_from_s", "clean_to_s", "does_not_answer", "to_s"});
     EndStop& read = report.end_stop.emplace();
     stop.read("level", read.level);
     stop.read("from_s", read.from_s);
@@ -274,6 +274,8 @@ ValidationReport read_validation(const Node& node) {
     }
     if (stop.has("clean_from_s")) stop.read("clean_from_s", read.clean_from_s.emplace());
     if (stop.has("clean_to_s")) stop.read("clean_to_s", read.clean_to_s.emplace());
+    if (stop.has("does_not_answer")) stop.read("does_not_answer", read.does_not_answer);
+    if (stop.has("to_s")) stop.read("to_s", read.to_s.emplace());
   }
   if (object.has("jump")) {
     const Node jump = object.at("jump").object({"time_s", "change", "usual"});

@@ -147,6 +147,8 @@ OrderedJson validation_to_json(const ValidationReport& report) {
     if (stop->other) written["other"] = {{"level", stop->other->level}, {"from_s", stop->other->from_s}};
     if (stop->clean_from_s) written["clean_from_s"] = *stop->clean_from_s;
     if (stop->clean_to_s) written["clean_to_s"] = *stop->clean_to_s;
+    if (stop->does_not_answer) written["does_not_answer"] = true;
+    if (stop->to_s) written["to_s"] = *stop->to_s;
     object["end_stop"] = std::move(written);
   }
   if (const auto& jump = report.jump) {

@@ -26,6 +26,7 @@ bool passes(const Verdict& verdict, Kind kind) {
 /// Whether a model does not follow its record, in anything that its error shows.
 bool is_off(const Model& model, const Verdict& verdict) {
   return (model.validation && (model.validation->end_stop || model.validation->jump)) ||
+         model.provenance.contains(kGainChanged) ||
          fails_any(verdict, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::residual_whiteness,
                              Kind::nonlinearity, Kind::future_input, Kind::predicted_error, Kind::residual_drift,
                              Kind::saturated, Kind::far_saturated, Kind::error_over_noise, Kind::far_error_over_noise});
@@ -49,8 +50,23 @@ const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict) {
   return kind == NonlinearKind::motion || noted_shift(model) ? &friction_kind() : nullptr;
 }
 
+const GreyBoxKind* grey_box_left_to_try(const Model& model, const Verdict& verdict) {
+  if (takes_in_a_drift(verdict) || model.grey_box || !model.stability) return nullptr;
+  const ErrorCause cause = error_cause(model, verdict);
+  if (cause != ErrorCause::missing_part && cause != ErrorCause::nonlinear && cause != ErrorCause::drift &&
+      cause != ErrorCause::unknown) {
+    return nullptr;
+  }
+  const bool misses = fails_any(verdict, {Kind::r2, Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise,
+                                          Kind::far_error_over_noise});
+  if (!misses) return nullptr;
+  return model.stability->integrator_order > 0.0 ? &friction_kind() : &outflow_kind();
+}
+
 const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict) {
-  return model.provenance.contains(kGreyBoxHolds) ? grey_box_to_try(model, verdict) : nullptr;
+  if (!model.provenance.contains(kGreyBoxHolds)) return nullptr;
+  const GreyBoxKind* kind = grey_box_to_try(model, verdict);
+  return kind != nullptr ? kind : grey_box_left_to_try(model, verdict);
 }
 
 bool wanders(const Model& model, const Verdict& verdict) {
@@ -66,7 +82,7 @@ ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
     return ErrorCause::end_stop;
   }
-  if (model.validation->jump) return ErrorCause::jump;
+  if (model.validation->jump || model.provenance.contains(kGainChanged)) return ErrorCause::jump;
   if (fails_any(verdict, {Kind::error_over_refit})) return ErrorCause::other_plant;
   if (fails_any(verdict, {Kind::input_noise})) return ErrorCause::input_noise;
   if (fails_any(verdict, {Kind::residual_input, Kind::error_over_noise, Kind::far_error_over_noise})) {

@@ -35,7 +35,12 @@ enum class ErrorCause {
 /// Whether the kind does describe it only its fit tells.
 [[nodiscard]] const GreyBoxKind* grey_box_to_try(const Model& model, const Verdict& verdict);
 
-/// The same where such a fit to the record of the model holds, as its provenance says (kGreyBoxHolds); else null.
+/// The same of a model that misses something, whatever its residual looks like: strong friction or a tank that runs
+/// empty bends a record so far that the residual of a linear model tells no effect. Null where it misses nothing, or
+/// something that lies in the record does that.
+[[nodiscard]] const GreyBoxKind* grey_box_left_to_try(const Model& model, const Verdict& verdict);
+
+/// Either one where such a fit to the record of the model holds, as its provenance says (kGreyBoxHolds); else null.
 [[nodiscard]] const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict);
 
 /// @param verdict  of this model

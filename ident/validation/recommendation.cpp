@@ -340,6 +340,7 @@ std::string cause_in_record(const Models& all) {
   for (const Model* model : all) {
     if (has_reason(*model) && is_blurred(*model) && !is_accepted(*model)) return first_whole_reason(*model);
   }
+  if (has_reason(nearest) && nearest.provenance.contains(kGainChanged)) return first_whole_reason(nearest);
   const bool is_drift = has_reason(nearest) && wanders(nearest, *nearest.verdict) &&
                         error_cause(nearest, *nearest.verdict) == ErrorCause::drift;
   return is_drift ? first_whole_reason(nearest) : std::string();

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/time_text.hpp"
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/value_step.hpp"
 #include "ident/statistics/robust.hpp"
+#include "ident/validation/unanswered.hpp"
 
 namespace eha::ident {
 namespace {
@@ -27,6 +29,7 @@ constexpr Index kFewestTouching = 3;    // rows at a known stop
 constexpr double kAskedOverBand = 3.0;  // motion beyond the stop that the input demands
 constexpr double kSameInput = 0.1;      // of the input's range
 constexpr double kIntegrates = 0.6;     // R2 of the motion by the input
+constexpr double kByPlace = 0.7;        // of what that leaves over, where the place tells of the motion, too
 constexpr double kLeftShare = 0.3;      // of the rows, to the end of the record
 constexpr double kInputGoesOn = 0.5;    // of the input's range, there
 constexpr std::size_t kFewestWindows = 20;
@@ -38,10 +41,11 @@ constexpr double kCutOfTime = 0.01;  // of the time of a jump, where the rows' d
 constexpr double kJumpOverUsual = 8.0;
 constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
 
-/// Mean input and motion over a few rows.
+/// Mean input, motion and first output of a few rows.
 struct Window {
   double input = 0.0;
   double motion = 0.0;
+  double place = 0.0;
 };
 
 /// Rows first .. last, at which the output stays at an extreme.
@@ -50,6 +54,8 @@ struct Stay {
   Index last = 0;
   double side = 1.0;  ///< 1: the greatest value, -1: the least
 };
+
+double spread(const Eigen::Ref<const Eigen::VectorXd>& x) { return (x.array() - x.mean()).square().sum(); }
 
 class Search {
  public:
@@ -73,7 +79,9 @@ class Search {
   [[nodiscard]] std::optional<EndStop> found() const {
     if (!(band_ > 0.0) || !(input_range_ > 0.0)) return std::nullopt;
     std::vector<Stay> stays;
-    if (integrates()) {
+    for (const StandingRows& rows : unanswered(rows_, band_, window_)) stays.push_back({rows.first, rows.last, 0.0});
+    const bool is_silent = !stays.empty();
+    if (!is_silent && integrates()) {
       std::copy_if(candidates_.begin(), candidates_.end(), std::back_inserter(stays),
                    [&](const Stay& stay) { return is_held(stay); });
     }
@@ -81,7 +89,7 @@ class Search {
       if (const auto stay = left_at(side); stays.empty() && stay) stays.push_back(*stay);
     }
     if (stays.empty()) return std::nullopt;
-    add_touches(stays);
+    if (!is_silent) add_touches(stays);
     std::sort(stays.begin(), stays.end(), [](const Stay& a, const Stay& b) { return a.first < b.first; });
     Index count = 0;
     for (const Stay& stay : stays) count += stay.last - stay.first + 1;
@@ -92,6 +100,8 @@ class Search {
     EndStop stop;
     stop.level = level(first);
     stop.from_s = time(first.first);
+    stop.does_not_answer = is_silent;
+    if (is_silent && first.last + 1 < rows_.measured.size()) stop.to_s = time(first.last);
     stop.percent = 100.0 * static_cast<double>(count) / static_cast<double>(rows_.measured.size());
     const auto other =
         std::find_if(stays.begin(), stays.end(), [&](const Stay& s) { return s.side * first.side < 0.0; });
@@ -129,7 +139,7 @@ class Search {
   [[nodiscard]] double time(Index k) const { return rows_.time_s[k]; }
 
   [[nodiscard]] Window at(Index k) const {
-    return {rows_.input.segment(k, window_).mean(), rows_.measured[k + window_] - rows_.measured[k]};
+    return {rows_.input.segment(k, window_).mean(), rows_.measured[k + window_] - rows_.measured[k], rows_.measured[k]};
   }
 
   /// Standard deviation of the output about a line, in the quietest tenth of the windows.
@@ -161,24 +171,25 @@ class Search {
     return found;
   }
 
-  /// Whether the motion follows the input in the rows that move.
+  /// Whether the motion follows the input in the rows that move, and not the place as well: a tank that runs empty does
+  /// not integrate, and its bottom is no end stop.
   [[nodiscard]] bool integrates() const {
     if (moving_.size() < kFewestWindows) return false;
-    double u = 0.0;
-    double y = 0.0;
-    for (const Window& w : moving_) {
-      u += w.input / static_cast<double>(moving_.size());
-      y += w.motion / static_cast<double>(moving_.size());
+    const auto n = static_cast<Index>(moving_.size());
+    Eigen::MatrixXd columns(n, 3);
+    Eigen::VectorXd motion(n);
+    for (Index i = 0; i < n; ++i) {
+      const Window& w = moving_[static_cast<std::size_t>(i)];
+      columns.row(i) << 1.0, w.input, w.place;
+      motion[i] = w.motion;
     }
-    double uu = 0.0;
-    double uy = 0.0;
-    double yy = 0.0;
-    for (const Window& w : moving_) {
-      uu += (w.input - u) * (w.input - u);
-      uy += (w.input - u) * (w.motion - y);
-      yy += (w.motion - y) * (w.motion - y);
-    }
-    return uu > 0.0 && yy > 0.0 && uy * uy > kIntegrates * uu * yy;
+    const auto left_by = [&](Index count) -> double {
+      const Eigen::MatrixXd used = columns.leftCols(count);
+      return (motion - used * solve_pivoted(used, motion)).squaredNorm();
+    };
+    const double all = spread(motion);
+    const double by_input = left_by(2);
+    return all > 0.0 && by_input < (1.0 - kIntegrates) * all && left_by(3) >= kByPlace * by_input;
   }
 
   /// Returns the motion of other rows with this input; none if there are too few.
@@ -242,8 +253,6 @@ bool is_usable(const ComparedRows& rows) {
   return n >= kFewestRows && rows.simulated.size() == n && rows.input.size() == n && rows.time_s.size() == n &&
          rows.measured.allFinite() && rows.simulated.allFinite();
 }
-
-double spread(const Eigen::Ref<const Eigen::VectorXd>& x) { return (x.array() - x.mean()).square().sum(); }
 
 }  // namespace
 

@@ -89,6 +89,22 @@ std::string gaps_in_record(const Model& model) {
                      cut == model.provenance.end() ? std::string() : "; cut with " + cut->second);
 }
 
+namespace {
+
+/// That the plant does not answer, when, and the cut.
+std::string silence_text(const EndStop& silence, const std::string& unit, const std::string& cut) {
+  const std::string when = silence.to_s
+                               ? fmt::format("from {} to {} s", time_text(silence.from_s), time_text(*silence.to_s))
+                               : fmt::format("from {} s on", time_text(silence.from_s));
+  return fmt::format(
+      "The rod does not answer {}: the output stands at {:.3f}{} while the input goes on; in all that is {:.3g} % of "
+      "the "
+      "samples. A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
+      when, silence.level, unit, silence.percent, cut);
+}
+
+}  // namespace
+
 std::vector<std::string> causes_in_record(const Model& model) {
   std::vector<std::string> found;
   if (!model.validation) return found;
@@ -97,6 +113,11 @@ std::vector<std::string> causes_in_record(const Model& model) {
   const bool is_given = of_record != model.provenance.end();
   if (const auto& stop = model.validation->end_stop) {
     const std::string where = fmt::format("at {:.3f}{} from {} s on", stop->level, unit, time_text(stop->from_s));
+    const std::string cut = is_given ? of_record->second : cut_options(*stop);
+    if (stop->does_not_answer) {
+      found.push_back(silence_text(*stop, unit, cut));
+      return found;
+    }
     const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {} s on; together", where,
                                                        stop->other->level, unit, time_text(stop->other->from_s))
                                          : where + ",";
@@ -104,8 +125,7 @@ std::vector<std::string> causes_in_record(const Model& model) {
         "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
         "nearer to mid-travel.",
         stop->other ? "two end stops" : "an end stop",
-        stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent,
-        is_given ? of_record->second : cut_options(*stop)));
+        stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent, cut));
   }
   if (const auto& noise = model.validation->input_noise) {
     found.push_back(fmt::format(
@@ -122,6 +142,13 @@ std::vector<std::string> causes_in_record(const Model& model) {
         "motion within a step does not show; amplify the sensor's signal or take a finer one, or record larger "
         "motions.",
         error_text(sensor->step, model.output_unit)));
+  }
+  if (const auto change = model.provenance.find(kGainChanged); change != model.provenance.end()) {
+    const auto cut = model.provenance.find(kBesideGainChange);
+    found.push_back(fmt::format(
+        "The gain changes {}: from there on the output is another multiple of the model's, as with another supply "
+        "pressure, load or range of the sensor{}.",
+        change->second, cut == model.provenance.end() ? std::string() : "; fit the parts apart: " + cut->second));
   }
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =

@@ -40,6 +40,11 @@ inline constexpr const char* kWithoutFrozen = "without_frozen";  ///< and the op
 inline constexpr const char* kGapsOfRecord = "gaps";
 inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the options that keep the longest part without one
 
+/// The provenance of a model that says when the gain of its plant changed, and by how much ("at about 60 s, by a factor
+/// of 1.4"), and the cuts beside it ("--to 58.8 or --from 61.2").
+inline constexpr const char* kGainChanged = "gain_changed";
+inline constexpr const char* kBesideGainChange = "beside_gain_change";
+
 /// That the sensor froze, and the command that cuts that off; empty where it did not.
 [[nodiscard]] std::string frozen_in_record(const Model& model);
 

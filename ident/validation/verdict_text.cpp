@@ -422,6 +422,7 @@ class Reasons {
                        c.parameter, percent_text(c.value), c.limit,
                        cause_ == ErrorCause::input_noise ? "the noise of the measured input does that."
                        : is_cause_named()                ? "cut as said above, and fit again."
+                       : !better_grey_box().empty()      ? better_grey_box() + "."
                        : c.value < kHardlyFollows_percent
                            ? "look at the record: did the output move because of this input (volts beyond "
                              "a dead band, supply on, the right columns)?"

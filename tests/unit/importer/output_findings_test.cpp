@@ -280,6 +280,22 @@ TEST(OutputRemarks, NameTheOtherEndOfAClippedSensorThoughItIsThereForAShortWhile
   EXPECT_TRUE(found.remarks.front().ends_with(": " + cut_options(found.cut))) << found.remarks.front();
 }
 
+TEST(OutputRemarks, NameNoEndStopWhereTheInputAsksTheRodBackInVain) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  Rod made;
+  double place = 0.0;
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    // Without supply for 8 s, at the least place of the record.
+    const double t = kRodStep_s * static_cast<double>(k) - 8.0;
+    made.input.push_back(2.0 * std::sin(1.3 * t) + std::sin(7.0 * t));
+    if (t > 0.0) place += 12.0 * made.input.back() * kRodStep_s;
+    made.output.push_back(place + noise(random));
+  }
+  const OutputFindings found = findings_on_output(made.input, made.output, {}, 0.0, kRodStep_s);
+  for (const std::string& remark : found.remarks) EXPECT_EQ(remark.find("end stop"), std::string::npos) << remark;
+}
+
 TEST(OutputRemarks, NameAnEndStopThatANoisySensorShows) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 0.05);

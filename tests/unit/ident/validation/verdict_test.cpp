@@ -558,6 +558,46 @@ TEST(Verdict, OffersNoFrictionThatWasNotFoundToHold) {
       << verdict.reasons[0];
 }
 
+TEST(Verdict, OffersAGreyBoxThatHoldsToAModelThatFollowsTooLittleForAnyOtherTest) {
+  Model model = good_model();
+  model.stability->integrator_order = 1.0;
+  EXPECT_EQ(grey_box_left_to_try(model, judge(model, {})), nullptr) << "it misses nothing";
+  model.validation->score.r2_percent = 55.0;
+  model.validation->tests->input.p = 1e-9;
+  EXPECT_EQ(grey_box_to_try(model, judge(model, {})), nullptr);
+  EXPECT_EQ(grey_box_left_to_try(model, judge(model, {})), &friction_kind());
+  model.provenance[kGreyBoxHolds] = "errs 0.1 times as much";
+  const std::string first = judge(model, {}).reasons.at(0);
+  EXPECT_NE(first.find("; fit the structure with dry friction (`eha fit --model friction`), which errs 0.1"),
+            std::string::npos)
+      << first;
+  // A cause that lies in the record is none of the plant's.
+  model.validation->end_stop = EndStop{.level = 5.9, .from_s = 12.1, .percent = 79.0, .clean_to_s = 12.08};
+  EXPECT_EQ(grey_box_left_to_try(model, judge(model, {})), nullptr);
+}
+
+TEST(Verdict, NamesAPlantThatDoesNotAnswerAndAGainThatChanges) {
+  Model silent = good_model();
+  silent.validation->end_stop =
+      EndStop{.level = 5.9, .from_s = 78.0, .percent = 22.0, .clean_to_s = 77.98, .does_not_answer = true};
+  const std::string first = judge(silent, {}).reasons.at(0);
+  EXPECT_TRUE(first.starts_with("The rod does not answer from 78 s on: the output stands at 5.900")) << first;
+  EXPECT_NE(first.find("; cut with --to 77.98."), std::string::npos) << first;
+  EXPECT_EQ(first.find("end stop"), std::string::npos) << first;
+  Model changed = good_model();
+  changed.validation->score.r2_percent = 70.0;
+  changed.provenance[kGainChanged] = "at about 60 s, by a factor of 1.4";
+  changed.provenance[kBesideGainChange] = "--to 58.5 or --from 61.5";
+  const std::vector<std::string> reasons = judge(changed, {}).reasons;
+  const auto says = [&](const std::string& part) {
+    return std::any_of(reasons.begin(), reasons.end(),
+                       [&](const std::string& reason) { return reason.find(part) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("The gain changes at about 60 s, by a factor of 1.4"));
+  EXPECT_TRUE(says("fit the parts apart: --to 58.5 or --from 61.5."));
+  EXPECT_FALSE(says("amplitudes"));
+}
+
 TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   Model model = good_model();
   integrate_with_friction(model);
