@@ -5,7 +5,8 @@
 
 namespace eha::identify {
 
-/// Fits each grey box that the residual of a model speaks for (ident::grey_box_to_try) to the record, and notes on the
+/// Fits each grey box that the residual of a model speaks for (ident::grey_box_to_try), or that the first model of the
+/// table may lack (ident::grey_box_left_to_try) and no accepted model makes up for, to the record, and notes on the
 /// models that it holds (ident::kGreyBoxHolds) where it is accepted and errs clearly less than they do. Their verdicts
 /// then advise it. The models stay the same, and so does the recommended one.
 /// Nothing by the paper's procedure, and for records of more than 200 000 rows.
