@@ -88,7 +88,9 @@ struct EarlierRuns {
 void require_rod_at_rest(const EarlierRuns& earlier, double place_in, const DisplayUnit& unit) {
   if (!earlier.last) return;
   const double moved_in = place_in - earlier.last->displacement_in;
-  if (!(std::abs(moved_in) > most_motion_at_rest(std::chrono::steady_clock::now() - earlier.last->ended))) return;
+  if (!(std::abs(moved_in) >
+        most_motion_at_rest(std::chrono::steady_clock::now() - earlier.last->ended, earlier.last->velocity_in_per_s)))
+    return;
   throw DeviceError(
       fmt::format("the rod's reading has moved by {:.2g} {} since the run before, with the hydraulics off: look at the "
                   "rod, its contactor and its sensor before the next run",

@@ -19,6 +19,7 @@ namespace eha::service {
 namespace {
 
 constexpr std::chrono::milliseconds kIdleRead{20};
+constexpr std::chrono::seconds kTryAgain{1};
 /// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
 constexpr std::chrono::milliseconds kMovesWithin{500};
@@ -93,6 +94,7 @@ void RigKeeper::close() noexcept {
   } catch (const Error& error) {
     spdlog::error("{}", error.what());
   }
+  is_unsafe_ = !is_safe;
   if (!is_safe)
     spdlog::critical("{}: THE OUTPUT IS NOT CONFIRMED SAFE; eha-safe tries again", card_->rig().capabilities().device);
   card_.reset();
@@ -104,8 +106,31 @@ void RigKeeper::close_unsafe() {
   thread_->ask([this] { close(); }, [this](std::future<void>) { --reopening_; });
 }
 
+void RigKeeper::poll_unsafe(std::chrono::steady_clock::time_point now) {
+  if (!is_unsafe_ || reopening_ > 0 || now < next_try_) return;
+  next_try_ = now + kTryAgain;
+  ++reopening_;
+  thread_->ask(
+      [this, config = config_] {
+        if (!card_) open(*config);
+        // Opening a card writes the safe state, too; this is the confirmation.
+        if (card_->rig().make_safe() != hal::RigStatus::ok) return close();
+        is_unsafe_ = false;
+        spdlog::warn("{}: the output is safe now", card_->rig().capabilities().device);
+      },
+      [this](std::future<void> opened) {
+        --reopening_;
+        try {
+          opened.get();
+        } catch (const Error& error) {
+          spdlog::error("not confirmed safe: {}", error.what());
+        }
+      });
+}
+
 void RigKeeper::make_safe() {
   if (is_making_safe_ || !moves_machine()) return;
+  next_try_ = {};
   is_making_safe_ = true;
   thread_->ask(
       [this] {
@@ -172,7 +197,7 @@ hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
 void RigKeeper::note_rest(hal::Rig& rig, const hal::RigReading& reading) {
   const auto now = std::chrono::steady_clock::now();
   const auto moved_in = [&](const hal::RigReading& seen) { return seen.displacement_in - rest_->place_in; };
-  const double most_in = rest_ ? most_motion_at_rest(now - rest_->at) : 0.0;
+  const double most_in = rest_ ? most_motion_at_rest(now - rest_->at, rest_->speed_in_per_s) : 0.0;
   if (rest_ && std::abs(moved_in(reading)) > most_in) {
     // Interference in one reading is none.
     hal::RigReading again;
@@ -232,6 +257,7 @@ void RigKeeper::arm(Done done) {
           open(*config);
         }
         if (!card_) return;
+        if (is_unsafe_ && card_->rig().make_safe() == hal::RigStatus::ok) is_unsafe_ = false;
         require_plausible_inputs(card_->rig(), *config);
         if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },

@@ -110,7 +110,7 @@ class RigKeeper {
           rest_.reset();
           auto finished = play(card_.get(), machine_, missing_);
           // Nobody read the rod while the files were written.
-          rest_ = {finished.ended, finished.displacement_in};
+          rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};
           return finished;
         },
         std::move(then));
@@ -121,6 +121,10 @@ class RigKeeper {
   void close_unsafe();
   /// Writes the safe state to an undriven machine: a stop is one whatever is thought of the rig.
   void make_safe();
+  /// Whether a card was closed that had not confirmed the safe state, and none has since. Thread-safe.
+  [[nodiscard]] bool is_unsafe() const noexcept { return is_unsafe_; }
+  /// Call several times a second: opens such a card anew, once a second, until it is safe.
+  void poll_unsafe(std::chrono::steady_clock::time_point now);
 
   /// Marks the card to be reopened, with a new guard, before the rig is armed again.
   void mark_suspect() noexcept { is_suspect_ = true; }
@@ -165,11 +169,14 @@ class RigKeeper {
   struct Rest {
     std::chrono::steady_clock::time_point at;
     double place_in = 0.0;
+    double speed_in_per_s = 0.0;  ///< at the end of a run
   };
   std::optional<Rest> rest_;  ///< at most half a second old, or the end of the last run; belongs to the rig's thread
   std::atomic<double> moved_in_{};  ///< until it is noticed
   bool is_suspect_ = false;
   bool is_making_safe_ = false;
+  std::atomic<bool> is_unsafe_{false};
+  std::chrono::steady_clock::time_point next_try_{};  ///< to open an unsafe card
   bool arming_ = false;
   std::uint64_t arming_number_ = 0;  ///< number of the newest arm(); an earlier cancelled one stays cancelled
   int reconfiguring_ = 0;

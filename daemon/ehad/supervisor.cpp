@@ -176,7 +176,15 @@ Json Supervisor::disarm(const Peer& peer) {
   if (active_) throw UsageError("a run is on; eha stop ramps it out and disarms the rig");
   rig_.make_safe();
   if (lease_.holder()) disarm_rig(fmt::format("disarmed by {}", peer.user), LeaseFate::released);
+  require_safe();
   return {{"state", acquisition::to_text(state())}};
+}
+
+void Supervisor::require_safe() const {
+  if (!rig_.is_unsafe()) return;
+  throw DeviceError(
+      "THE OUTPUT IS NOT CONFIRMED SAFE: the card has refused the safe voltage; use the emergency stop. ehad tries "
+      "again every second");
 }
 
 Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
@@ -193,6 +201,7 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
     return {{"stopped", count == 1 ? "ramping_out" : "safe_at_once"}, {"entry", active_->entry}};
   }
   rig_.make_safe();
+  require_safe();
   if (!rig_.is_armed() && !rig_.is_arming()) return {{"stopped", "nothing"}};
   disarm_rig(fmt::format("stopped by {}", peer.user), LeaseFate::kept);
   return {{"stopped", "disarmed"}};
@@ -267,6 +276,7 @@ void Supervisor::poll(Clock::time_point now) {
   }
   poll_worker();
   poll_guard();
+  rig_.poll_unsafe(now);
   poll_rod(now);
   poll_suspend();
   update_inhibitor();

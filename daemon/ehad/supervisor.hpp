@@ -145,6 +145,8 @@ class Supervisor {
   /// Whether it may start now and could all the while since its submission: who arms anew does not expect it.
   [[nodiscard]] bool may_still_start(const Submission& submission) const;
   [[nodiscard]] Json armed_answer(uid_t uid) const;
+  /// @throws DeviceError  the card has not confirmed the safe state
+  void require_safe() const;
   void poll_guard();
   void poll_rod(Clock::time_point now);
   void poll_suspend();

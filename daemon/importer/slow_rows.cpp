@@ -40,9 +40,8 @@ std::string remark_on_slow_rows(const Eigen::VectorXd& input, const Eigen::Vecto
   if (by_own < kByItsRow || 1.0 - by_all > kLeftBeside * (1.0 - by_past)) return {};
   return fmt::format(
       "the output answers within one row of {:.3g} s: the input of the same row explains {:.0f} % of it, all before "
-      "only "
-      "{:.0f} %; such rows are too slow to show how it answers: record at least ten times as many, or, where a logger "
-      "shifts a column by a row, shift it back",
+      "only {:.0f} %; such rows are too slow to show how it answers: record at least ten times as many, or, where a "
+      "logger shifts a column by a row, shift it back",
       step_s, 100.0 * by_own, 100.0 * by_past);
 }
 

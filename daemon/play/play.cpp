@@ -29,6 +29,8 @@ namespace {
 using acquisition::Outcome;
 using acquisition::TimeBase;
 
+constexpr std::chrono::milliseconds kSafeAgain{1000};
+constexpr std::chrono::milliseconds kSafeAgainPause{5};
 constexpr double kBlock_s = 0.1;
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
 
@@ -107,6 +109,17 @@ struct RunParts {
   RunWatch& watch;
 };
 
+/// Goes on to write the safe state to a card that has refused it at the end of the loop. Then the guard need not act.
+bool becomes_safe(hal::Rig& rig, GuardPage* page) {
+  const auto deadline = std::chrono::steady_clock::now() + kSafeAgain;
+  while (rig.make_safe() != hal::RigStatus::ok) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(kSafeAgainPause);
+  }
+  if (page != nullptr && GuardPage::is_driven(page->drive())) page->end_drive();
+  return true;
+}
+
 /// Runs the tick loop and the journal's thread until both have ended.
 /// @param is_journal_sound  set: every write to the journal succeeded
 /// @throws as acquisition::run, before the first tick
@@ -144,11 +157,16 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
     }
     if (writer.hangs()) queue->report_writer_failure();
   }
+  acquisition::RunReport report = loop.get();
+  // Before the files, which may take long.
+  if (!report.safe_confirmed && is_real_time) report.safe_confirmed = becomes_safe(run.rig, request.page);
+  const acquisition::Snapshot last = run.watch.board.read();
   FinishedRun finished{.folder = request.folder,
-                       .report = loop.get(),
+                       .report = std::move(report),
                        .write_error = {},
                        .only_placed = request.experiment.placing() != nullptr,
-                       .displacement_in = run.watch.board.read().displacement_in,
+                       .displacement_in = last.displacement_in,
+                       .velocity_in_per_s = last.velocity_in_per_s,
                        .ended = std::chrono::steady_clock::now()};
   const acquisition::LoopCounters& counted = finished.report.counters;
   if (is_real_time && (counted.late > 0 || counted.skipped > 0)) {

@@ -49,10 +49,11 @@ struct PlayRequest {
 /// A run that has ended.
 struct FinishedRun {
   std::filesystem::path folder;
-  acquisition::RunReport report;  ///< outcome write_failed also if only the files after the journal failed
-  std::string write_error;        ///< message of the write that failed; empty when everything was written
-  bool only_placed = false;       ///< the rod was moved to a place; there is nothing to fit
-  double displacement_in = 0.0;   ///< of the last reading [in]
+  acquisition::RunReport report;   ///< outcome write_failed also if only the files after the journal failed
+  std::string write_error;         ///< message of the write that failed; empty when everything was written
+  bool only_placed = false;        ///< the rod was moved to a place; there is nothing to fit
+  double displacement_in = 0.0;    ///< of the last reading [in]
+  double velocity_in_per_s = 0.0;  ///< at that time
   std::chrono::steady_clock::time_point ended = {};  ///< when that was, before the files were written
   std::vector<delays::Delay> delays = {};            ///< causes of late ticks, if there were any
 };

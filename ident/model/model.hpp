@@ -185,7 +185,8 @@ struct EndStop {
   /// Bounds of the longest stretch without a stay; none: it starts at the record's start, or ends at its end.
   std::optional<double> clean_from_s = {};
   std::optional<double> clean_to_s = {};
-  /// It is no stop: the output stands whatever the input asks, at any place. Of such a stay the end; none: the record's.
+  /// It is no stop: the output stands whatever the input asks, at any place. Of such a stay the end; none: the
+  /// record's.
   bool does_not_answer = false;
   std::optional<double> to_s = {};
 };

@@ -261,8 +261,9 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("extrapolated_percent")) object.read("extrapolated_percent", report.extrapolated_percent.emplace());
   if (object.has("saturated_percent")) object.read("saturated_percent", report.saturated_percent.emplace());
   if (object.has("end_stop")) {
-    const Node stop = object.at("end_stop").object(
-        {"level", "from_s", "percent", "other", "clean_from_s", "clean_to_s", "does_not_answer", "to_s"});
+    const Node stop =
+        object.at("end_stop")
+            .object({"level", "from_s", "percent", "other", "clean_from_s", "clean_to_s", "does_not_answer", "to_s"});
     EndStop& read = report.end_stop.emplace();
     stop.read("level", read.level);
     stop.read("from_s", read.from_s);

@@ -17,10 +17,10 @@ struct ComparedRows {
   const Eigen::VectorXd& simulated;
 };
 
-/// Finds a rod on an end stop, or one that does not answer (unanswered()): the output of an integrating plant stays within its noise of its greatest or least
-/// value, while the model's output goes beyond it and while other rows with the same input, elsewhere, move. Of any
-/// plant also an output that stays there for the last 30 % of the rows or more, while the input goes over half its
-/// range.
+/// Finds a rod on an end stop, or one that does not answer (unanswered()): the output of an integrating plant stays
+/// within its noise of its greatest or least value, while the model's output goes beyond it and while other rows with
+/// the same input, elsewhere, move. Of any plant also an output that stays there for the last 30 % of the rows or more,
+/// while the input goes over half its range.
 /// @returns none if no such stay is found, or on fewer than 60 rows.
 /// Cost O(N log N).
 [[nodiscard]] std::optional<EndStop> end_stop(const ComparedRows& rows);

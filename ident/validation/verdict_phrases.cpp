@@ -98,8 +98,7 @@ std::string silence_text(const EndStop& silence, const std::string& unit, const 
                                : fmt::format("from {} s on", time_text(silence.from_s));
   return fmt::format(
       "The rod does not answer {}: the output stands at {:.3f}{} while the input goes on; in all that is {:.3g} % of "
-      "the "
-      "samples. A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
+      "the samples. A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
       when, silence.level, unit, silence.percent, cut);
 }
 
