@@ -12,16 +12,17 @@ namespace eha {
 inline constexpr double kSamePlace_in = 0.02;
 
 /// How far a rod whose hydraulics are off, and its reading, may have moved since a reading [in]: 0.1 in, which a rod
-/// moves by hand only; the creep of a leaking cylinder, 0.03 in/s, where the reading is older than half a second; and
-/// what the speed of then carries it in 0.25 s.
+/// moves by hand only; the creep of a leaking cylinder, 0.03 in/s, where the reading is older than half a second, 0.1
+/// in at most; and what the speed of then carries it in 0.25 s.
 [[nodiscard]] inline double most_motion_at_rest(std::chrono::duration<double> since,
                                                 double speed_in_per_s = 0.0) noexcept {
   constexpr double kMoves_in = 0.1;
   constexpr double kCreeps_in_per_s = 0.03;
+  constexpr double kMostCreep_in = 0.1;
   constexpr double kShort_s = 0.5;
   constexpr double kCoasts_s = 0.25;
   const double coast_in = std::isfinite(speed_in_per_s) ? kCoasts_s * std::abs(speed_in_per_s) : 0.0;
-  return kMoves_in + coast_in + kCreeps_in_per_s * std::max(0.0, since.count() - kShort_s);
+  return kMoves_in + coast_in + std::clamp(kCreeps_in_per_s * (since.count() - kShort_s), 0.0, kMostCreep_in);
 }
 
 }  // namespace eha
