@@ -28,12 +28,12 @@ struct CardMemory {
   std::atomic<std::int64_t> stall_begun_ns{0};  ///< of the first write that timed out
 
   // For the test to set.
-  std::atomic<std::uint32_t> digital_inputs{1};  ///< bit 0: the emergency-stop circuit is closed
-  std::atomic<std::int32_t> open_error{0};       ///< errno with which the card does not open; 0: it opens
-  std::atomic<std::uint32_t> removals{0};        ///< descriptors opened before the last one say ENODEV
-  std::atomic<double> dead_band_V{0.0};          ///< half width, of the valve
+  std::atomic<std::uint32_t> digital_inputs{1};   ///< bit 0: the emergency-stop circuit is closed
+  std::atomic<std::int32_t> open_error{0};        ///< errno with which the card does not open; 0: it opens
+  std::atomic<std::uint32_t> removals{0};         ///< descriptors opened before the last one say ENODEV
+  std::atomic<double> dead_band_V{0.0};           ///< half width, of the valve
   std::atomic<std::int64_t> refuses_until_ns{0};  ///< CLOCK_MONOTONIC: writes before it say EIO
-  std::atomic<std::int64_t> output_stall_ms{0};  ///< a write to the analogue output takes this long and then times out
+  std::atomic<std::int64_t> output_stall_ms{0};   ///< a write to the analogue output takes this long and then times out
 
   static constexpr double kGain_in_per_V_s = 0.14;  ///< twice that of the sample file's [following]
 
