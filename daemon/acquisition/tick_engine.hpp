@@ -63,9 +63,9 @@ class TickEngine {
   [[nodiscard]] bool sink_failed() const noexcept { return sink_failed_; }
   [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
-  /// What the next run begins with; nothing after a fault, which somebody has to look at.
+  /// What the next run begins with; nothing after a fault that sends somebody to the sensor or the valve.
   [[nodiscard]] MissingMotion missing_motion() const noexcept {
-    return fault_.fault == Fault::none ? following_monitor_.left_in() : MissingMotion{};
+    return names_motion(fault_.fault) ? MissingMotion{} : following_monitor_.left_in();
   }
   /// First running tick, from the run's first tick [ns]; 0 before it.
   [[nodiscard]] std::int64_t experiment_ns() const noexcept {

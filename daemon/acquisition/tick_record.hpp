@@ -49,6 +49,23 @@ enum class Fault : std::uint8_t {
   oscillation,         ///< a controller's command swings more often than in any of its trials
 };
 
+/// Whether a fault says that sensor, valve or rod do not do what the volts ask for.
+[[nodiscard]] constexpr bool names_motion(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::feedback_rail:
+    case Fault::frozen_sensor:
+    case Fault::feedback_not_finite:
+    case Fault::feedback_band:
+    case Fault::not_following:
+    case Fault::unexplained_motion:
+    case Fault::no_motion:
+    case Fault::wrong_speed:
+      return true;
+    default:
+      return false;
+  }
+}
+
 /// Share of a limit above which a reading is flagged, reported and shown without tripping.
 inline constexpr double kWarningShare = 0.8;
 

@@ -44,6 +44,7 @@
 #include "daemon/rig/calibration.hpp"
 #include "daemon/rig/confirmation.hpp"
 #include "daemon/rig/motion_at_rest.hpp"
+#include "daemon/rig/narrower_limits.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
@@ -123,6 +124,10 @@ std::optional<double> rehearsed_margin(const PlannedRun& planned, const config::
 Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config, const PlannedRun& planned,
                  EarlierRuns& earlier, StopOnSignals& stop, Console& console) {
   const config::PreparedExperiment& experiment = planned.experiment;
+  // The question before, or the fit of the run before, may have taken hours.
+  if (hal::moves_machine(rig_config.backend)) {
+    require_no_narrower_limits(rig_config, rig_config.file_name, "give the command again");
+  }
   OwnedRig local(rig_config);
   if (hal::moves_machine(rig_config.backend)) require_plausible_inputs(local.rig(), rig_config);
   if (local.is_unguarded())

@@ -172,8 +172,10 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   entry.run = folder.filename().string();
   poll_rod(Clock::now());
   if (!active_->moved.empty()) {
+    // A copy: giving up ends the run that holds it.
+    const std::string why = active_->moved;
     remove_unplayed(entry, folder);
-    give_up(entry, ExitCode::device_unavailable, active_->moved);
+    give_up(entry, ExitCode::device_unavailable, why);
     return;
   }
   if (active_->lost_client) {

@@ -394,9 +394,14 @@ void require_plain_files(const std::filesystem::path& folder) {
 }
 
 Manifest read_manifest(const std::filesystem::path& folder) {
+  constexpr int kDeepestMember = 64;  // of a stranger's file; the library walks it by recursion
   require_plain_files(folder);
   const std::filesystem::path path = folder / kManifestFile;
-  return manifest_from_json(Json::parse(os::read_file(path), nullptr, false), os::shown(path));
+  const auto refuse_depth = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepestMember) throw DataError(os::shown(path) + ": damaged: nested too deeply");
+    return true;
+  };
+  return manifest_from_json(Json::parse(os::read_file(path), refuse_depth, false), os::shown(path));
 }
 
 void write_manifest(const std::filesystem::path& folder, Manifest& manifest) {

@@ -47,7 +47,8 @@ std::vector<std::string> narrower_limits(const config::RigConfig& in_force, cons
   return narrower;
 }
 
-void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file) {
+void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file,
+                                std::string_view remedy) {
   std::vector<std::string> narrower;
   try {
     narrower = narrower_limits(in_force, config::load_rig(file.string()));
@@ -56,9 +57,8 @@ void require_no_narrower_limits(const config::RigConfig& in_force, const std::fi
   }
   if (narrower.empty()) return;
   throw ConfigError(
-      fmt::format("{} was edited since ehad read it, and has narrower limits: {}; nothing moves on those of before: "
-                  "eha disarm, eha reload, eha arm",
-                  file.string(), fmt::join(narrower, ", ")));
+      fmt::format("{} was edited since it was read, and has narrower limits: {}; nothing moves on those of before: {}",
+                  file.string(), fmt::join(narrower, ", "), remedy));
 }
 
 }  // namespace eha

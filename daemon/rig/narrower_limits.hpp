@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/rig_config.hpp"
@@ -17,6 +18,7 @@ namespace eha {
 /// Refuses a motion on limits that the owner of the rig has narrowed since they were read. Reads the file. One that is
 /// not valid narrows nothing: nobody can tell which limits it means.
 /// @throws ConfigError
-void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file);
+void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file,
+                                std::string_view remedy = "eha disarm, eha reload, eha arm");
 
 }  // namespace eha

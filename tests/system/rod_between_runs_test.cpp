@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <thread>
 
@@ -80,32 +82,59 @@ TEST_F(LocalRodBetweenRuns, IsWhereARehearsalBegins) {
   EXPECT_EQ(rig_.card().enabled_ns, 0) << said_;
 }
 
-TEST_F(RodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {
-  Daemon daemon;
-  std::ofstream(daemon.rig_file()) << DrivenRig::rig_text(std::nullopt);
-  const fs::path hangs = daemon.folder() / "hangs";
-  for (std::string variable : rig_.environment()) {
-    const std::string loaded = "LD_PRELOAD=";
-    if (variable.starts_with(loaded)) variable.insert(loaded.size(), std::string(EHA_HOST_TRAP_LIBRARY) + ":");
-    daemon.set_environment(variable);
+class ServiceRodBetweenRuns : public RodBetweenRuns {
+ protected:
+  void SetUp() override {
+    RodBetweenRuns::SetUp();
+    if (IsSkipped()) return;
+    std::ofstream(daemon_.rig_file()) << DrivenRig::rig_text(std::nullopt);
+    for (std::string variable : rig_.environment()) {
+      const std::string loaded = "LD_PRELOAD=";
+      if (variable.starts_with(loaded)) variable.insert(loaded.size(), std::string(EHA_HOST_TRAP_LIBRARY) + ":");
+      daemon_.set_environment(variable);
+    }
+    daemon_.set_environment("EHA_TRAP_HANGS=" + hangs().string());
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+    client_->call("arm");
   }
-  daemon.set_environment("EHA_TRAP_HANGS=" + hangs.string());
-  daemon.start();
-  Client client(daemon.socket());
-  client.call("arm");
-  const std::int64_t first = submit(client, quiet_experiment_text("first", 2.0), false);
-  const std::int64_t next = submit(client, quiet_experiment_text("next", 2.0), false);
-  follow(daemon, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  std::ofstream(hangs) << "the disk, while this is there";
+  [[nodiscard]] fs::path hangs() const { return daemon_.folder() / "hangs"; }
+  void hang() const { std::ofstream(hangs()) << "the disk, while this is there"; }
+
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+};
+
+TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesWhileTheFolderIsMade) {
+  hang();
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("next", 2.0), false);
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (entry_of(daemon_, entry).at("state") != "running" && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  rig_.card().position_in -= 1.5;
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon_.log();
+  fs::remove(hangs());
+  const Json over = follow(daemon_, entry);
+  EXPECT_EQ(over.at("outcome"), "refused");
+  EXPECT_EQ(over.at("note").get<std::string>().rfind("the rod's reading moved by -1.5 in", 0), 0U) << over;
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+}
+
+TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {
+  const std::int64_t first = submit(*client_, quiet_experiment_text("first", 2.0), false);
+  const std::int64_t next = submit(*client_, quiet_experiment_text("next", 2.0), false);
+  follow(daemon_, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  hang();
   const auto deadline = std::chrono::steady_clock::now() + kGenerous;
   while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   rig_.card().position_in -= 1.5;
   const std::int64_t before_ns = rig_.card().enabled_ns;
-  fs::remove(hangs);
-  EXPECT_TRUE(daemon.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon.log();
-  EXPECT_EQ(entry_of(daemon, next).at("state"), "held") << daemon.log();
+  fs::remove(hangs());
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon_.log();
+  EXPECT_EQ(entry_of(daemon_, next).at("state"), "held") << daemon_.log();
   EXPECT_EQ(rig_.card().enabled_ns, before_ns);
 }
 

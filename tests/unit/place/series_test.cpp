@@ -47,6 +47,7 @@ class LastingRod final : public hal::Rig {
 struct Step {
   double volts = 0.0;  ///< from the null
   double lasts_s = 0.0;
+  double stopped_s = 1e9;  ///< two stops come then, in each run
 };
 
 struct Series {
@@ -78,7 +79,7 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
   for (std::size_t i = 50; i + 50 < table.size(); ++i) table[i] = following.null_V + step.volts;
   acquisition::MissingMotion missing{};
   Series series;
-  while (series.runs < most_runs && series.fault == Fault::none) {
+  while (series.runs < most_runs && (series.fault == Fault::none || series.fault == Fault::second_stop)) {
     place::StartingSource source(place::PlaceController(rig.limits, kTick_s, 2.95), rig.limits, kTick_s,
                                  std::make_unique<acquisition::TableSource>(table, 1));
     acquisition::StateMachine machine;
@@ -91,6 +92,7 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
       acquisition::TickInputs inputs;
       inputs.sequence = k;
       inputs.scheduled_ns = k * kTick_ns;
+      inputs.stops = static_cast<double>(k) * kTick_s > step.stopped_s ? 2 : 0;
       (void)engine.tick(inputs);
     }
     rod.rest();
@@ -118,6 +120,18 @@ TEST(SeriesOfRuns, EndsOnASensorThatIsDead) {
   const Series slow = played(rod_of(1.0), {4.0, 0.1}, 30, true);
   EXPECT_EQ(slow.fault, Fault::not_following);
   EXPECT_LT(slow.moved_in, 0.4) << slow.runs;
+}
+
+TEST(SeriesOfRuns, EndsOnASensorThatIsDeadWhateverEndedTheRunsBefore) {
+  // From before the step to after it.
+  bool is_found = false;
+  for (double stopped_s = 0.5; stopped_s < 2.5; stopped_s += 0.04) {
+    const Series stopped = played(rod_of(8.5), {4.0, 0.1, stopped_s}, 30, true);
+    // A step that is stopped within its first hundredths of a second misses too little to count.
+    EXPECT_LT(stopped.moved_in, 0.9) << stopped.runs << " runs, stopped at " << stopped_s << " s";
+    is_found = is_found || (stopped.fault == Fault::not_following && stopped.runs > 2);
+  }
+  EXPECT_TRUE(is_found);
 }
 
 TEST(SeriesOfRuns, GoesOnWithASoundSensor) {
