@@ -39,8 +39,10 @@ void Loop::run() noexcept {
   if (is_watched) page_->begin_drive(gettid(), stall_limit_ns_);
   play();
   // A drive without an end is a loop that stands still: the guard switches the hydraulics off, and in the end kills the
-  // process, so that eha-safe makes the rig safe on a card that it has opened anew.
-  if (is_watched && report_.safe_confirmed) page_->end_drive();
+  // process, so that eha-safe makes the rig safe on a card that it has opened anew. A card that is gone takes nothing
+  // from anybody: this process keeps its record and says so.
+  const bool is_gone = report_.fault.fault == Fault::device_removed;
+  if (is_watched && (report_.safe_confirmed || is_gone)) page_->end_drive();
 }
 
 void Loop::play() noexcept {

@@ -132,6 +132,7 @@ void RigKeeper::make_safe() {
   if (is_making_safe_ || !moves_machine()) return;
   next_try_ = {};
   is_making_safe_ = true;
+  ++reopening_;  // it may close the card
   thread_->ask(
       [this] {
         if (card_ && card_->rig().make_safe() != hal::RigStatus::ok) {
@@ -139,7 +140,10 @@ void RigKeeper::make_safe() {
           close();
         }
       },
-      [this](std::future<void>) { is_making_safe_ = false; });
+      [this](std::future<void>) {
+        --reopening_;
+        is_making_safe_ = false;
+      });
 }
 
 RigKeeper::Config RigKeeper::config_of_next_run() const {

@@ -87,7 +87,9 @@ Cut clean_part(const std::vector<Stretch>& stretches, std::size_t count, double 
 /// "32 % of the rows have the output 85, its greatest value, and 12 % 55, its least: ..."; empty without such rows.
 /// @param clipped  stretches of these rows, with those beside them at the same place
 std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>& clipped) {
-  const auto [least, greatest] = std::minmax_element(output.begin(), output.end());
+  const auto extremes = std::minmax_element(output.begin(), output.end());
+  const auto least = extremes.first;
+  const auto greatest = extremes.second;
   if (!(*least < *greatest)) return {};
   std::string text;
   const double step = ident::value_step(output);

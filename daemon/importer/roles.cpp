@@ -33,11 +33,12 @@ std::string comparable(std::string_view name) {
   return result;
 }
 
-/// For the example of a question: a place before a pressure, and a temperature last.
+/// For the example of a question: a place before a pressure, a temperature after both, and a set point last, of
+/// whatever it is one.
 int rank_as_output(const Hints& hints) {
+  if (hints.is_set_point || hints.is_demand_as_input) return -4;
   if (hints.is_ambient) return -3;
   if (hints.names_temperature) return -2;
-  if (hints.is_set_point || hints.is_demand_as_input) return -1;
   if (hints.is_valve_feedback) return 0;
   if (hints.output > hints.input) return 4;
   if (hints.is_pressure) return 3;

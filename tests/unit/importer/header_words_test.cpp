@@ -61,6 +61,19 @@ TEST(TimeUnit, AsksForTheUnitOfAClockOfUnevenCounts) {
   }
 }
 
+TEST(SetPoint, IsNoOutputOfAnExampleEither) {
+  const test::TemporaryFolder folder;
+  std::string text = "Zeit [min];Sollwert [°C];Temperatur [°C];Stellgrad [%]\n";
+  for (int k = 0; k < 200; ++k) {
+    text += fmt::format("{};{};{};{}\n", k, k < 100 ? 60 : 75, 20.0 + 0.25 * k + 0.5 * (k % 3), k % 40 < 20 ? 80 : 20);
+  }
+  try {
+    EXPECT_EQ(import_record(folder.write("thermostat.csv", text), {}).guess, "") << "taken unasked";
+  } catch (const DataError& error) {
+    EXPECT_NE(std::string(error.what()).find("--input 4 --output 3"), std::string::npos) << error.what();
+  }
+}
+
 TEST(SetPoint, IsNoOutputThatIsTakenUnasked) {
   const test::TemporaryFolder folder;
   const auto taken = [&](const char* header) {

@@ -76,6 +76,9 @@ TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
   std::vector<std::string> missing;
   run.sheet.creep_in_per_s = ident::Measured{0.0011, 0.0001};
   EXPECT_FALSE(ident::leak_of(run.sheet));
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("the rod hardly moves: by 0.0011 in/s"),
+            std::string::npos);
+  run.sheet.creep_in_per_s = ident::Measured{0.0001, 0.0002};
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("The rod stands from"), std::string::npos);
   run.sheet.creep_in_per_s = ident::Measured{-0.0171, 0.0001};
   const std::string leak = "the rod creeps at 0.017 in/s within the dead band, as 0.14 V of command would move it";
