@@ -46,6 +46,7 @@
 #include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/narrower_limits.hpp"
 #include "daemon/rig/owned_rig.hpp"
+#include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 
