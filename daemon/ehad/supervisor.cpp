@@ -201,10 +201,10 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
     return {{"stopped", count == 1 ? "ramping_out" : "safe_at_once"}, {"entry", active_->entry}};
   }
   rig_.make_safe();
+  const bool disarms = rig_.is_armed() || rig_.is_arming();
+  if (disarms) disarm_rig(fmt::format("stopped by {}", peer.user), LeaseFate::kept);
   require_safe();
-  if (!rig_.is_armed() && !rig_.is_arming()) return {{"stopped", "nothing"}};
-  disarm_rig(fmt::format("stopped by {}", peer.user), LeaseFate::kept);
-  return {{"stopped", "disarmed"}};
+  return {{"stopped", disarms ? "disarmed" : "nothing"}};
 }
 
 void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {

@@ -169,6 +169,7 @@ class Supervisor {
   void hold_for_lost_client(Entry& entry);
   /// Takes back a run whose folder is made and which does not play yet.
   void take_back(Entry& entry, const std::filesystem::path& folder);
+  /// Removes the folder of such a run, and the run from its entry.
   void remove_unplayed(Entry& entry, const std::filesystem::path& folder);
   /// Holds every waiting experiment; refuses a waiting move to a place instead.
   void hold_waiting(const std::string& why);
