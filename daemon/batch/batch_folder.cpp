@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/one_line_texts.hpp"
 #include "daemon/record/own_file.hpp"
@@ -55,7 +56,8 @@ std::string text_of(const Batch& batch) {
 template <class Read>
 auto parsed(const fs::path& path, const char* schema, const Read& read) {
   try {
-    Json document = Json::parse(os::read_file(path));
+    Json document = parse_json_text<Json>(os::read_file(path));
+    if (document.is_discarded()) throw DataError(fmt::format("{}: damaged: no JSON", path.string()));
     record::make_one_line(document);
     if (document.at("schema") != schema) throw DataError(fmt::format("{}: not of schema {}", path.string(), schema));
     return read(document);

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/child_process.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
@@ -109,7 +110,7 @@ class Fit {
     } else {
       result.exit_code = end->status ? WEXITSTATUS(status) : static_cast<int>(ExitCode::bug);
     }
-    result.fit = nlohmann::ordered_json::parse(os::read_file(folder_ / kFitFile), nullptr, false);
+    result.fit = parse_json_text<nlohmann::ordered_json>(os::read_file(folder_ / kFitFile));
     if (!result.fit.is_object() || !result.fit.contains("models")) result.fit = nullptr;
     std::error_code ignored;
     fs::remove(folder_ / kFitFile, ignored);

@@ -18,6 +18,7 @@
 
 #include "core/error.hpp"
 #include "core/journal_block.hpp"
+#include "core/json_text.hpp"
 
 namespace eha::record {
 namespace {
@@ -69,7 +70,7 @@ class JournalFile {
     if (Crc32c().add(preamble.data() + 8, 4).add(text_.data(), length).value() != u32_at(preamble.data() + 12)) {
       return nullptr;
     }
-    nlohmann::ordered_json header = nlohmann::ordered_json::parse(text_, nullptr, false);
+    nlohmann::ordered_json header = parse_json_text<nlohmann::ordered_json>(text_);
     if (!header.is_object()) return nullptr;
     end = preamble.size() + length;
     return header;
@@ -103,7 +104,7 @@ class JournalFile {
 
   /// Returns the JSON of an end that block_at() has just read; none if it is invalid.
   [[nodiscard]] std::optional<nlohmann::ordered_json> end() const {
-    nlohmann::ordered_json end = nlohmann::ordered_json::parse(text_, nullptr, false);
+    nlohmann::ordered_json end = parse_json_text<nlohmann::ordered_json>(text_);
     if (!end.is_object()) return std::nullopt;
     return end;
   }

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/record/one_line_texts.hpp"
@@ -394,14 +395,9 @@ void require_plain_files(const std::filesystem::path& folder) {
 }
 
 Manifest read_manifest(const std::filesystem::path& folder) {
-  constexpr int kDeepestMember = 64;  // of a stranger's file; the library walks it by recursion
   require_plain_files(folder);
   const std::filesystem::path path = folder / kManifestFile;
-  const auto refuse_depth = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepestMember) throw DataError(os::shown(path) + ": damaged: nested too deeply");
-    return true;
-  };
-  return manifest_from_json(Json::parse(os::read_file(path), refuse_depth, false), os::shown(path));
+  return manifest_from_json(parse_json_text<Json>(os::read_file(path)), os::shown(path));
 }
 
 void write_manifest(const std::filesystem::path& folder, Manifest& manifest) {

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/histogram.hpp"
 #include "daemon/record/hdf5_handle.hpp"
@@ -251,7 +252,7 @@ RawFile read_raw_file(const std::filesystem::path& path, const std::string& name
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!file) throw DataError(damaged);
   RawFile raw;
-  raw.header = nlohmann::ordered_json::parse(read_text(file.get(), "header", damaged), nullptr, false);
+  raw.header = parse_json_text<nlohmann::ordered_json>(read_text(file.get(), "header", damaged));
   if (!raw.header.is_object()) throw DataError(damaged);
   std::vector<std::byte> values;
   bool is_first = true;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -43,7 +44,7 @@ struct SeenCreep {
 std::optional<SeenCreep> creep_in(const fs::path& sheet_run) {
   std::error_code ignored;
   if (!fs::is_regular_file(sheet_run / kSheetFile, ignored)) return std::nullopt;
-  const auto sheet = nlohmann::json::parse(os::read_file(sheet_run / kSheetFile), nullptr, false);
+  const auto sheet = parse_json_text<nlohmann::json>(os::read_file(sheet_run / kSheetFile));
   const auto value = [&](const char* key) -> std::optional<double> {
     const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
     if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
@@ -75,7 +76,7 @@ identify::FitTable track_table(const fs::path& path) {
 void read_ended_trial(const fs::path& path, Subject& subject) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return;
-  const Json document = Json::parse(os::read_file(path), nullptr, false);
+  const Json document = parse_json_text<Json>(os::read_file(path));
   if (!document.is_object() || !document.value("ended_early", false)) return;
   for (const Json& change : document.value("changes", Json::array())) {
     if (change.is_string()) subject.trial_changes.push_back(change.get<std::string>());

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -36,7 +37,7 @@ void take_lowest_priority() noexcept {
 }
 
 record::RunHeader header_of(const RunStore& store, const std::string& run) {
-  return record::read_run_header(Json::parse(store.manifest(run)), run + "/run.json");
+  return record::read_run_header(parse_json_text<Json>(store.manifest(run)), run + "/run.json");
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -60,7 +61,8 @@ std::string content_of(const RunFile& file, std::string_view id) {
 
 /// Returns the members from a manifest.
 Json describe_manifest(const RunFile& file, const std::string& id) {
-  const record::Manifest manifest = record::manifest_from_json(Json::parse(content_of(file, id)), id + "/run.json");
+  const record::Manifest manifest =
+      record::manifest_from_json(parse_json_text<Json>(content_of(file, id)), id + "/run.json");
   Json said{{"id", id},
             {"name", manifest.other.value("name", "")},
             {"started", manifest.other.value("utc_start", Json())},
