@@ -26,7 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-using report::Column;
 
 /// Adds a row to a table of measured values; nothing if the step did not observe the value.
 void add_measured(std::vector<std::vector<std::string>>& rows, const Json& sheet, const char* key, const char* name,
@@ -48,7 +47,8 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   const std::string speed_unit = unit.of("in/s");
   add_measured(rows, sheet, "creep_in_per_s", "speed within the dead band (leak)", speed_unit.c_str(),
                unit.factor("in/s"));
-  return report::table({{"valve"}, {"value", Column::number}, {"+- (95 %)", Column::number}, {"unit"}}, rows) +
+  return report::table({{"valve"}, {"value", report::Column::number}, {"+- (95 %)", report::Column::number}, {"unit"}},
+                       rows) +
          report::paragraph(
              "These numbers of the valve count: rig file and controller have them. Null and dead band in the model's "
              "equation are of a fit, which friction and leakage shift.");

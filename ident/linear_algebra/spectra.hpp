@@ -17,9 +17,6 @@ struct ThinSvd {
 /// @param a  at least as many rows as columns. Cost O(rows columns^2).
 [[nodiscard]] ThinSvd thin_svd(const Eigen::MatrixXd& a);
 
-/// The left singular vectors alone.
-[[nodiscard]] Eigen::MatrixXd left_singular_vectors(const Eigen::MatrixXd& a);
-
 /// Eigenvalues of a square matrix. Cost O(n^3).
 [[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& a);
 

@@ -55,8 +55,9 @@ std::optional<Eigen::VectorXd> impulse_response(const Eigen::VectorXd& u, const 
 /// Left singular vectors of the Hankel matrix of the impulse response from `first` on.
 Eigen::MatrixXd observability(const Eigen::VectorXd& h, Eigen::Index first) {
   const Eigen::Index n = kHankel;
-  return left_singular_vectors(
-      Eigen::MatrixXd::NullaryExpr(n + 1, n, [&](Eigen::Index i, Eigen::Index j) { return h[first + i + j]; }));
+  return thin_svd(
+             Eigen::MatrixXd::NullaryExpr(n + 1, n, [&](Eigen::Index i, Eigen::Index j) { return h[first + i + j]; }))
+      .left;
 }
 
 /// Eigenvalues of the realisation of order `order`.

@@ -8,7 +8,7 @@
 namespace eha::importer {
 namespace {
 
-constexpr double kStep_s = 0.1;
+constexpr double kClockStep_s = 0.1;
 
 /// Rows of a rig by the times of a clock. @param number  of a row of the rig
 std::string rows_of(const std::string& header, const std::function<std::string(int)>& time,
@@ -24,9 +24,9 @@ int itself(int k) { return k; }
 std::string all(const std::vector<std::string>& sentences) { return fmt::format("{}", fmt::join(sentences, "\n")); }
 
 TEST_F(ImportedFile, SaysThatAPeriodContradictsTheClock) {
-  const auto seconds = write(
-      "s.csv", rows_of(
-                   "Time [s],Valve [V],Rod [mm]\n", [](int k) { return fmt::format("{:.1f}", kStep_s * k); }, itself));
+  const auto seconds = write("s.csv", rows_of(
+                                          "Time [s],Valve [V],Rod [mm]\n",
+                                          [](int k) { return fmt::format("{:.1f}", kClockStep_s * k); }, itself));
   const auto ticks =
       write("ms.csv", rows_of(
                           "t,Valve [V],Rod [mm]\n", [](int k) { return fmt::format("{}", 100 * k); }, itself));
@@ -54,12 +54,12 @@ TEST_F(ImportedFile, PutsRowsBehindAGapOfTheClockWhereTheyBelong) {
     const int missing = 1 + seed % 6;
     const bool has_gap = seed % 4 > 0;
     const auto number = [&](int k) { return !has_gap || k < first ? k : k + missing; };
-    const auto path =
-        write("gap.csv",
-              rows_of(
-                  "Time [s],Valve [V],Rod [mm]\n",
-                  [&](int k) { return fmt::format("{:.3f}", kStep_s * (number(k) + 0.15 * draw.normal())); }, number));
-    const Imported imported = import_record(path, {.period_s = kStep_s});
+    const auto path = write(
+        "gap.csv",
+        rows_of(
+            "Time [s],Valve [V],Rod [mm]\n",
+            [&](int k) { return fmt::format("{:.3f}", kClockStep_s * (number(k) + 0.15 * draw.normal())); }, number));
+    const Imported imported = import_record(path, {.period_s = kClockStep_s});
     ASSERT_EQ(imported.record.input.size(), Rig::kRows + (has_gap ? missing : 0)) << "seed " << seed;
     ASSERT_EQ(imported.record.unmeasured.size(), has_gap ? static_cast<std::size_t>(missing) : 0U) << "seed " << seed;
     if (has_gap) {

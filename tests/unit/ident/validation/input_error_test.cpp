@@ -21,7 +21,7 @@ using namespace synthetic;
 constexpr double kRodStep_s = 0.01;
 constexpr double kRounding_V = 0.001;
 
-Eigen::VectorXd rounded(const Eigen::VectorXd& signal, double step) { return (signal / step).array().round() * step; }
+Eigen::VectorXd in_steps(const Eigen::VectorXd& signal, double step) { return (signal / step).array().round() * step; }
 
 /// Tones of 0.05 Hz to 3.05 Hz, 60 s. @param apart  of their distances; 0: periods of 20 s
 Eigen::VectorXd multisine(std::mt19937_64& draw, double apart_Hz = 0.013) {
@@ -44,20 +44,20 @@ Model rod_model() {
 }
 
 /// The test for nonlinear effects of a rod's own model, on a record whose input is rounded.
-NonlinearityTest tested_on(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& bent, std::mt19937_64& draw,
-                           double apart_Hz = 0.013) {
+NonlinearityTest nonlinearity_on(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& bent,
+                                 std::mt19937_64& draw, double apart_Hz = 0.013) {
   Record record;
   record.step_s = kRodStep_s;
   const Eigen::VectorXd applied = multisine(draw, apart_Hz);
   record.output = simulate(rod_model(), bent(applied), kRodStep_s);
   for (double& y : record.output) y += 1e-4 * normal(draw);
-  record.input = rounded(applied, kRounding_V);
+  record.input = in_steps(applied, kRounding_V);
   return validate(rod_model(), record, {}).tests.value().nonlinearity.value();
 }
 
 TEST(InputRounding, StepIsTheLeastDifferenceOfTwoValues) {
   std::mt19937_64 draw(1);
-  EXPECT_NEAR(rounding_step(rounded(multisine(draw), kRounding_V)), kRounding_V, 1e-9);
+  EXPECT_NEAR(rounding_step(in_steps(multisine(draw), kRounding_V)), kRounding_V, 1e-9);
   EXPECT_LT(rounding_step(multisine(draw)), 1e-5);
 }
 
@@ -70,12 +70,12 @@ TEST(InputRounding, OfACommandInLevelsIsNone) {
 }
 
 TEST(InputRounding, BeforeAnIntegratorIsNoNonlinearity) {
-  constexpr int kRecords = 15;
+  constexpr int kRecords = 8;
   const auto linear = [](const Eigen::VectorXd& u) { return u; };
   for (const double apart_Hz : {0.013, 0.0}) {
     std::mt19937_64 draw(2);
     int alarms = 0;
-    for (int run = 0; run < kRecords; ++run) alarms += tested_on(linear, draw, apart_Hz).test.p < 0.01 ? 1 : 0;
+    for (int run = 0; run < kRecords; ++run) alarms += nonlinearity_on(linear, draw, apart_Hz).test.p < 0.01 ? 1 : 0;
     EXPECT_LE(alarms, 1) << apart_Hz;
   }
 }
@@ -89,7 +89,7 @@ TEST(InputRounding, HidesNoPlay) {
     return v;
   };
   for (int run = 0; run < 10; ++run) {
-    const NonlinearityTest play = tested_on(with_play, draw);
+    const NonlinearityTest play = nonlinearity_on(with_play, draw);
     EXPECT_LT(play.test.p, 1e-6) << run;
     EXPECT_EQ(play.kind, NonlinearKind::direction) << run;
   }
@@ -112,9 +112,9 @@ TEST(InputNoise, IsSeenOnAHeldAndOnASmoothInputAlone) {
   EXPECT_EQ(input_noise(excitation), 0.0);
 }
 
-/// How many of 20 intervals of the gain of a rod hold it, whose input was measured with noise of 4 mV.
+/// How many of 8 intervals of the gain of a rod hold it, whose input was measured with noise of 4 mV.
 int gains_within_their_intervals(const std::function<Eigen::VectorXd(std::mt19937_64&)>& drawn_input) {
-  constexpr int kRecords = 20;
+  constexpr int kRecords = 8;
   const StructureOptions asked = asked_for(structures::integrator_lag());
   int within = 0;
   for (int run = 0; run < kRecords; ++run) {
@@ -134,7 +134,7 @@ int gains_within_their_intervals(const std::function<Eigen::VectorXd(std::mt1993
 }
 
 TEST(InputNoise, BeforeAnIntegratorEntersTheIntervalOfItsGain) {
-  EXPECT_GE(gains_within_their_intervals([](std::mt19937_64& draw) -> Eigen::VectorXd { return multisine(draw); }), 17);
+  EXPECT_GE(gains_within_their_intervals([](std::mt19937_64& draw) -> Eigen::VectorXd { return multisine(draw); }), 7);
   EXPECT_GE(gains_within_their_intervals([](std::mt19937_64& draw) {
               Eigen::VectorXd u(3000);
               for (Eigen::Index k = 0; k < u.size(); ++k) {
@@ -142,7 +142,7 @@ TEST(InputNoise, BeforeAnIntegratorEntersTheIntervalOfItsGain) {
               }
               return u;
             }),
-            17);
+            7);
 }
 
 /// Levels of -1 to 1 V, each held for 40 rows.

