@@ -75,10 +75,10 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::velocity_limit:
       if (std::abs(value) > kNoRod * std::abs(limit)) {
         return fmt::format(
-            "the sensor shows {0:.2f} {2}/s, as no rod moves whose limit is {1:.2f} {2}/s: its reading jumps; look at "
-            "its supply, cable, shield and earth (`eha read` shows its noise), or put a low-pass filter of some 100 Hz "
-            "before the card's input",
-            shown_value, shown_limit, length);
+            "the sensor shows {0:.2f} {2}/s, as no rod moves whose limit is {1:.2f} {2}/s: {3}; look at its supply, "
+            "cable, shield and earth (`eha read` shows its noise), or put a low-pass filter of some 100 Hz before the "
+            "card's input",
+            shown_value, shown_limit, length, kReadingJumps);
       }
       return fmt::format(
           "the rod moved at {0:.2f} {2}/s, the limit is {1:.2f} {2}/s; lower the excitation, or "
@@ -129,8 +129,7 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
       return fmt::format(
           "the rod moved {0:.3f} {2} less than the command must have moved it, the limit is {1:.3f} {2}; likely, in "
           "this order: hydraulics off, valve unplugged, sensor or its wire off, [following] of the rig file out of "
-          "date: switch on, plug in, see that `eha read` follows the rod, and after a change of the valve `eha "
-          "characterise`",
+          "date, as after a change of the valve: switch on, plug in, see that `eha read` follows the rod",
           shown_value, shown_limit, length);
     case Fault::unexplained_motion:
       return fmt::format(

@@ -99,6 +99,9 @@ struct RunReport {
 /// Returns the exit code of a program that runs one experiment, before any model is judged.
 [[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
 
+/// Of a description: the readings moved as no rod does.
+inline constexpr std::string_view kReadingJumps = "its reading jumps";
+
 // What a description may end with, behind "; ", whatever the fault.
 inline constexpr std::string_view kRecordsLost = " records were lost because the writer was too slow";
 inline constexpr std::string_view kOutputNotSafe =

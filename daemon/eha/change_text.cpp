@@ -31,7 +31,7 @@ std::string whose_valve(const ident::PlantChange& change, const ident::Model& mo
   if (names.empty()) return {};
   return fmt::format(
       "{0} {1} of the {2} fits, for comparing records: another structure gives slightly other numbers, and dry "
-      "friction shifts them. `eha characterise` measures the valve's own, for [following]",
+      "friction or a leak shifts them. `eha characterise` measures the valve's own, for [following]",
       fmt::join(names, " and "), names.size() == 1 ? "is that" : "are those", model.name);
 }
 

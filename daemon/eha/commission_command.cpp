@@ -352,10 +352,12 @@ class Commissioning {
       throw Stopped{ExitCode::model_rejected, "no model of the records passes; their reports say why"};
     }
     if (best->gain_percent > command_.precision_percent) {
-      console_.warning(
-          fmt::format("the gain is known to +-{:.2g} % by {}, {:g} % were wanted: it goes on with this record, and the "
-                      "controller's promise allows for it",
-                      best->gain_percent, best->folder.string(), command_.precision_percent));
+      console_.warning(fmt::format(
+          "the gain {} by {}, {:g} % were wanted: it goes on with this record, and the controller's promise "
+          "allows for it",
+          std::isfinite(best->gain_percent) ? fmt::format("is known to +-{:.2g} %", best->gain_percent)
+                                            : "has no interval",
+          best->folder.string(), command_.precision_percent));
     }
     console_.print(
         answer_text(answer_of_run(best->folder, record::read_manifest(best->folder)), console_.unit(rig_.units)));

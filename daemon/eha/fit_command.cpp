@@ -34,6 +34,7 @@
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/identify/trip_cause.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
@@ -298,6 +299,25 @@ std::optional<ExitCode> computed_instead(const config::Tracking&, const FitComma
       command.source, shell_word(command.source)));
 }
 
+/// Says what the recommended model shows of the valve.
+ValveNow valve_by(const Identification& identification, const FitCommand& command, const Source& source,
+                  Console& console) {
+  if (source.run_folder && !command.output) return warn_of_changed_valve(*source.run_folder, console);
+  if (source.run_folder && warn_of_leak(*source.run_folder, console, source.units)) return ValveNow::leaks;
+  for (const identify::IdentifiedModel& model : identification.models) {
+    const bool is_recommended = model.result.model.name == identification.recommendation.model;
+    if (is_recommended) say_map_note(model.result.model, source.run_folder.value_or(""), console);
+  }
+  return ValveNow::as_known;
+}
+
+/// Whether a run tripped by its readings while the rod was within the limit.
+bool has_tripped_by_readings(const Source& source) {
+  if (source.outcome != acquisition::Outcome::faulted) return false;
+  const auto cause = identify::trip_cause(record::read_run(source.opened.files()));
+  return cause && cause->is_of_sensor;
+}
+
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
@@ -348,18 +368,15 @@ ExitCode execute(const FitCommand& command, Console& console) {
   });
   console.end_progress();
   const ident::FirstStep first = identify::next_step_of(identification).first;
+  std::string straight;  // the fit with an input that is straight between the rows, where it may be that
   if (first != ident::FirstStep::look_at_sensor) {  // what the input does to noise alone is nothing
-    const std::string straight = importer::command_with(command.import, command.source, "--intersample foh");
-    if (const auto advice = identify::intersample_advice(source, task, identification, straight)) {
-      console.warning(*advice);
-    }
-  }
-  const bool leaks = source.run_folder && warn_of_leak(*source.run_folder, console, source.units);
-  for (const identify::IdentifiedModel& model : identification.models) {
-    const bool is_recommended = model.result.model.name == identification.recommendation.model;
-    if (is_recommended && !leaks) say_map_note(model.result.model, source.run_folder.value_or(""), console);
+    straight = importer::command_with(command.import, command.source, "--intersample foh");
+    const auto advice = identify::intersample_advice(source, task, identification, straight);
+    if (advice) console.warning(*advice);
+    if (!advice) straight.clear();
   }
   std::vector<fs::path> written = write(identification, command, source);
+  const ValveNow valve = valve_by(identification, command, source, console);
   if (source.run_folder && !command.output && !console.quiet()) {
     const record::Manifest manifest = record::read_manifest(source.opened.files());
     std::string against = record::reason_against_latest(manifest);
@@ -384,8 +401,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
-  if (first == ident::FirstStep::look_at_sensor) {
+  if (!straight.empty()) console.next_step(straight);
+  if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
+  } else if (valve == ValveNow::changed) {
+    console.next_step(suggest::characterise(console.rig()));
   } else if (const auto next = identify::next_experiment_file(written)) {
     console.next_step(suggest::run(console.rig(), {next->string()}));
   } else if (const auto step = step_by_cause(command, source, identification, written); step && !cut) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 
 namespace eha::cli {
@@ -15,6 +16,7 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
   constexpr std::array kOfFollowing{Fault::no_motion,      Fault::not_in_place,  Fault::loop_speed,
                                     Fault::wrong_speed,    Fault::not_following, Fault::unexplained_motion,
                                     Fault::velocity_limit, Fault::travel_limit};
+  if (fault.find(acquisition::kReadingJumps) != std::string_view::npos) return {};
   const std::string_view name = fault.substr(0, fault.find(' '));
   const auto* cause = std::find_if(kOfFollowing.begin(), kOfFollowing.end(),
                                    [&](Fault one) { return acquisition::to_text(one) == name; });

@@ -10,6 +10,7 @@
 
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -50,7 +51,7 @@ bool warn_of_leak(const fs::path& run, const Console& console, const std::string
 }
 
 std::optional<FoundValve> valve_of_sheet(const fs::path& run, const suggest::RigAccess& rig) {
-  const auto sheet = nlohmann::json::parse(os::read_file(run / record::kSheetFile), nullptr, false);
+  const auto sheet = parse_json_text<nlohmann::json>(os::read_file(run / record::kSheetFile));
   const auto value = [&](const char* key) -> std::optional<double> {
     const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
     if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;
@@ -126,10 +127,10 @@ std::optional<std::string> warn_of_unused_sheet(const fs::path& run, const Conso
 }
 
 ValveNow warn_of_changed_valve(const fs::path& run, const Console& console) {
+  if (warn_of_leak(run, console, record::rig_units(record::read_manifest(run).other))) return ValveNow::leaks;
   const auto file = recommended_model(run);
   if (!file) return ValveNow::as_known;
   const ident::Model model = ident::model_from_text(os::read_file(*file), file->string());
-  if (warn_of_leak(run, console, record::rig_units(record::read_manifest(run).other))) return ValveNow::leaks;
   say_map_note(model, run, console);
   const auto rig = model.input_map ? known_rig_of(run) : std::nullopt;
   if (!rig) return ValveNow::as_known;

@@ -223,7 +223,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   if (characterises && rig.limits.following) {
-    const std::string way_out = way_out_of_following(acquisition::to_text(run.report.fault.fault), rig.file_name);
+    const std::string way_out = way_out_of_following(acquisition::describe(run.report, unit), rig.file_name);
     if (!way_out.empty()) console.info(way_out);
   }
   if (experiment.played() != nullptr) explain_trip(folder, console);
@@ -259,7 +259,13 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     return code;
   } else if (run.only_placed && code == ExitCode::safety_trip) {
     const auto cause = acquisition::to_text(run.report.fault.fault);
+    if (is_of_following(cause) && !hal::moves_machine(rig.backend)) {
+      console.info(fmt::format(
+          "comment [following] out in {} before the next command, which would trip as this one did", rig.file_name));
+    }
     console.next_step(next_after_trip(cause, hal::moves_machine(rig.backend), console.rig()));
+  } else if (characterises && code == ExitCode::safety_trip) {
+    console.next_step(suggest::read(console.rig()));
   } else if (has_page) {
     console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));
     if (const auto fit = fit_of_run(run.folder)) console.next_step(*fit);

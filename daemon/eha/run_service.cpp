@@ -229,9 +229,11 @@ std::vector<std::int64_t> own_numbers(Client& client) {
   return numbers;
 }
 
+constexpr std::chrono::seconds kSilent{2};  ///< from here on a wait is explained
+
 /// Submits all or none. @returns their entries @throws control::CallGivenUp  stopped before the service took them
 Json submitted(Client& client, const std::vector<ExperimentFile>& files, const RunCommand& command,
-               const StopOnSignals& stop) {
+               const StopOnSignals& stop, const Console& console) {
   const auto options = [&command](Json params) {
     params["fast"] = command.fast;
     params["accept_travel_risk"] = command.accept_travel_risk;
@@ -240,7 +242,15 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   };
   // The service needs less time to check one experiment than the minute that a call waits by default.
   const auto patience = std::chrono::minutes(1) * files.size();
-  const auto is_stopped = [&] { return !command.detach && stop.count() > 0; };
+  const auto begun = std::chrono::steady_clock::now();
+  bool is_said = false;
+  const auto is_stopped = [&] {
+    if (!is_said && std::chrono::steady_clock::now() - begun > kSilent) {
+      is_said = true;
+      console.info("ehad checks it, at the lowest priority: up to 50 s an experiment where the machine is busy");
+    }
+    return !command.detach && stop.count() > 0;
+  };
   if (files.size() == 1) {
     return Json::array({client.call("submit", options({{"experiment", files[0].text}, {"name", files[0].name}}),
                                     patience, is_stopped)});
@@ -329,7 +339,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   const std::vector<std::int64_t> before = own_numbers(client);
   Json entries;
   try {
-    entries = submitted(client, files, command, stop);
+    entries = submitted(client, files, command, stop, console);
   } catch (const control::ConnectionLost&) {
     throw;
   } catch (const control::CallGivenUp&) {

@@ -217,19 +217,21 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
-/// Returns the next command for a run. @param entry  of the service's queue; null if no service has the run
-std::string next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
+/// Returns the next commands for a run. @param entry  of the service's queue; null if no service has the run
+std::vector<std::string> next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
   const std::string run = shell_word(command.run.string());
   const std::string state = entry.is_object() ? entry.value("state", "") : "";
-  if (state == "running") return through(command.socket, "eha status --watch");
-  if (!manifest.outcome) return "eha runs recover " + run;
-  if (state == "fitting" || state == "judging") return through(command.socket, "eha queue");
+  if (state == "running") return {through(command.socket, "eha status --watch")};
+  if (!manifest.outcome) return {"eha runs recover " + run};
+  if (state == "fitting" || state == "judging") return {through(command.socket, "eha queue")};
   const bool is_fitted =
       record::purpose_of(manifest) == record::Purpose::models ||
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
-  if (!has_rows(command.run)) return "eha doctor";  // nothing to fit or to draw
+  if (!has_rows(command.run)) return {"eha doctor"};  // nothing to fit or to draw
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
-  return report_of_run(command.run, fit ? *fit : "eha plot " + run);
+  std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
+  if (fit && next.front() != *fit && !acquisition::is_whole(*manifest.outcome)) next.push_back(*fit);
+  return next;
 }
 
 ExitCode execute(const RunsShowCommand& given, Console& console) {
@@ -262,7 +264,7 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   if (!against.empty() && manifest.identification && manifest.identification->accepted) {
     console.print("latest   another run: " + against);
   }
-  console.next_step(next_of(command, manifest, entry));
+  for (const std::string& step : next_of(command, manifest, entry)) console.next_step(step);
   return ExitCode::ok;
 }
 

@@ -26,6 +26,26 @@ std::string replace_all(std::string text, const std::string& what, const std::st
   return text;
 }
 
+std::string why_not_checked(worker::EndedBy ended_by) {
+  switch (ended_by) {
+    case worker::EndedBy::wall_time:
+      return fmt::format(
+          "the check, which has the lowest priority, was not done after {} s: the machine is busy; give the command "
+          "again once it is less so",
+          Checker::kLongestTime.count());
+    case worker::EndedBy::processor_time:
+      return fmt::format(
+          "the check takes more than {} s of processor time: make the experiment shorter, or give it "
+          "fewer tones",
+          Checker::kLongestWork.count());
+    case worker::EndedBy::signal:
+      return "its process was killed; `journalctl -k` says by whom where memory was short";
+    case worker::EndedBy::itself:
+      break;
+  }
+  return "how its process ended is not known; give the command again";
+}
+
 }  // namespace
 
 void Checker::add(Task task, Done done) {
@@ -132,10 +152,7 @@ void write_checked_files(const std::filesystem::path& folder, const std::string&
 void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {
   if (end.exit_code == static_cast<int>(ExitCode::ok)) return;
   if (!end.exit_code) {
-    throw IoError(
-        fmt::format("{}: checking the experiment took more than {} s of processor time or {} s, or its process "
-                    "was killed; again if the machine was busy, else make it shorter, or give it fewer tones",
-                    experiment.name, Checker::kLongestWork.count(), Checker::kLongestTime.count()));
+    throw IoError(fmt::format("{}: not checked: {}", experiment.name, why_not_checked(end.ended_by)));
   }
   std::vector<std::string> lines;
   std::istringstream text(

@@ -343,6 +343,7 @@ ident::NextStep next_step_of(const Identification& identification) {
 IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,
                           .source_name = source.name,
+                          .units = source.units,
                           .cut = source.cut,
                           .frozen = source.frozen,
                           .gaps = source.gaps,
@@ -369,6 +370,7 @@ const IdentifiedModel* recommended_model(const Identification& identification) {
 IdentificationTask with_record(const IdentificationTask& task, const ident::Record& record) {
   return {.record = record,
           .source_name = task.source_name,
+          .units = task.units,
           .structures = task.structures,
           .ladder = task.ladder,
           .options = task.options,

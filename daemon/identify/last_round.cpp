@@ -45,6 +45,7 @@ const ident::Verdict* verdict_on_recommended(const Identification& identificatio
 
 void end_with_experiment(const Source& source, const IdentificationTask& task, const Progress& progress,
                          Identification& identification) {
+  if (source.outcome == acquisition::Outcome::faulted) return;  // the same excitation would end as this one did
   std::string reason = identification.recommendation.reason;
   const auto end_round = [&](std::string what) {
     identification.rounds.push_back({.what = std::move(what), .reason = reason, .kind = Round::Kind::experiment});
@@ -75,7 +76,7 @@ void end_with_experiment(const Source& source, const IdentificationTask& task, c
 
 void add_longer_experiment(const Source& source, const IdentificationTask& task, Identification& identification) {
   const ident::Verdict* verdict = verdict_on_recommended(identification);
-  if (verdict == nullptr) return;
+  if (verdict == nullptr || source.outcome == acquisition::Outcome::faulted) return;
   const ident::FirstStep first = next_step_of(identification).first;
   const bool asks_nothing_else = first == ident::FirstStep::none || first == ident::FirstStep::longer_record;
   if (!asks_nothing_else || !(verdict->judging_part_rests || first == ident::FirstStep::longer_record)) return;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/fit.hpp"
@@ -112,14 +113,19 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   if (!trend) return std::nullopt;
   WithoutTrend found{.record = task.record, .trend = {}, .sentence = {}, .identification = {}};
   take_out(trend->per_s, found.record);
-  const std::string unit = ident::after_number(task.record.output_channel.unit);
-  found.trend =
-      fmt::format("{} +- {:.2g}{}/s", ident::rounded_to(trend->per_s, trend->half_width), trend->half_width, unit);
+  const std::string& own_unit = task.record.output_channel.unit;
+  const auto line = [&](double factor, const std::string& unit) {
+    return fmt::format("{} +- {:.2g}{}/s", ident::rounded_to(factor * trend->per_s, factor * trend->half_width),
+                       factor * trend->half_width, ident::after_number(unit));
+  };
+  found.trend = line(1.0, own_unit);
+  const DisplayUnit shown(task.units);
+  const double factor = shown.factor(own_unit);
   const double length_s = task.record.step_s * static_cast<double>(task.record.output.size() - 1);
   found.sentence = fmt::format(
       "the output drifts by {:.3g}{} over the record: a straight line of {} was taken out of it, and the models "
       "describe the plant beside it; the sensor, the supply or the temperature may have drifted: check them",
-      trend->per_s * length_s, unit, found.trend);
+      factor * trend->per_s * length_s, ident::after_number(shown.of(own_unit)), line(factor, shown.of(own_unit)));
   IdentificationTask straight = with_record(task, found.record);
   straight.trend = found.trend;
   straight.remarks.push_back(found.sentence);

@@ -68,16 +68,21 @@ plot::Figure latency_figure(const Buckets& wake_up, const std::optional<Buckets>
   return figure;
 }
 
+std::string lateness_text(double us) {
+  return us < 1000.0 ? fmt::format("{:.3g} us", us) : fmt::format("{:.3g} ms", 1e-3 * us);
+}
+
 Remark remark_on_timing(const Subject& subject) {
   const Json& counters = subject.part("report", "counters");
   const double late = number_of(subject.part("report", "counters", "late"), 0.0);
   const double skipped = number_of(subject.part("report", "counters", "skipped"), 0.0);
   Remark remark;
   remark.seen = fmt::format(
-      "{} ticks; 99 % woke up within {:.3g} us, the latest {:.0f} us late. {} were late by more than "
-      "half a period, {} were skipped.",
-      value_of(counters.value("ticks", Json())), number_of(subject.part("report", "latency", "p99_us"), 0.0),
-      number_of(subject.part("report", "latency", "max_us"), 0.0), late, skipped);
+      "{} ticks; 99 % woke up within {}, the latest {} late. {} were late by more than half a period, {} more were "
+      "skipped.",
+      value_of(counters.value("ticks", Json())),
+      lateness_text(number_of(subject.part("report", "latency", "p99_us"), 0.0)),
+      lateness_text(number_of(subject.part("report", "latency", "max_us"), 0.0)), late, skipped);
   remark.good =
       "No tick late or skipped, 99.9 % within 50 us. The columns are logarithmic: each unit is ten times as many "
       "ticks, and the last one holds everything from 1023 us up.";

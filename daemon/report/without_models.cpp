@@ -30,6 +30,33 @@ std::string end_of(const Subject& subject, bool is_known) {
   return paragraph(is_known ? record::without_remedy(end) : end);
 }
 
+/// Ticks that came late, where any did: rows without a reading, and a reason to look at the machine first.
+std::string late_ticks(const Subject& subject) {
+  const ordered_json& counters = subject.part("report", "counters");
+  if (!counters.is_object()) return {};
+  const auto late = counters.value("late", 0);
+  const auto skipped = counters.value("skipped", 0);
+  if (late + skipped == 0) return {};
+  return paragraph(fmt::format(
+      "{} of its {} ticks began late, and {} more never ran (rows without a reading): `eha doctor` and `eha latency "
+      "--load` say what holds the loop up.",
+      late, counters.value("ticks", 0), skipped));
+}
+
+/// "The run was stopped at 30.2 s"
+std::string heading_without_trip(const Subject& subject) {
+  const ordered_json& outcome = subject.part("outcome");
+  if (outcome != "interrupted") {
+    return fmt::format("No model: the run ended as \"{}\"",
+                       outcome.is_string() ? outcome.get<std::string>() : std::string("unknown"));
+  }
+  const bool has_rows = subject.record && subject.record->output.size() > 0;
+  return fmt::format("No model: the run was stopped{}",
+                     has_rows ? fmt::format(" at {} s", time_text(subject.record->step_s *
+                                                                  static_cast<double>(subject.record->output.size())))
+                              : "");
+}
+
 std::string box_of_trial(const Subject& subject) {
   const std::string plot = fmt::format("`eha plot {}` shows it until then.", folder_word(subject));
   if (!has_tripped(subject)) {
@@ -58,7 +85,7 @@ std::string without_models(const Subject& subject) {
   std::string html;
   if (subject.cause) html += paragraph(capitalised(identify::sentence_of(*subject.cause, subject.unit)) + ".");
   if (error.is_string()) html += paragraph("The identification failed: " + error.get<std::string>());
-  html += end_of(subject, subject.cause.has_value());
+  html += end_of(subject, subject.cause.has_value()) + late_ticks(subject);
   if (outcome == "completed") {
     if (!error.is_string()) {
       html += paragraph(fmt::format(
@@ -80,11 +107,7 @@ std::string without_models(const Subject& subject) {
           : fmt::format("Next: {}. Only completed runs are fitted automatically; `{}` fits the part before, which is "
                         "shown below.",
                         again, fit_of_part(subject)));
-  return box("none",
-             has_tripped(subject)
-                 ? tripped_text(subject, "run") + ": no model"
-                 : fmt::format("No model: the run ended as \"{}\"",
-                               outcome.is_string() ? outcome.get<std::string>() : std::string("unknown")),
+  return box("none", has_tripped(subject) ? tripped_text(subject, "run") + ": no model" : heading_without_trip(subject),
              html);
 }
 

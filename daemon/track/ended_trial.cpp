@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/rig_config.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -20,7 +21,8 @@ constexpr double kStood_s = 0.3;      // before the end
 constexpr double kStood_in = 0.005;   // within it of the reference
 constexpr double kFollowed_in = 0.1;  // way that shows that the rod follows
 
-std::vector<std::string> changes_until_fault(const TrackResult& played, const DisplayUnit& unit) {
+/// The valve that the motion before the fault shows; all 0 where it shows none.
+SeenValve seen_until_fault(const TrackResult& played) {
   // The motion due to the fault says nothing about the valve.
   const auto tick_s = played.controller.settings.tick_s;
   const auto left_out = static_cast<std::size_t>(std::lround(kBeforeFault_s / tick_s));
@@ -29,12 +31,21 @@ std::vector<std::string> changes_until_fault(const TrackResult& played, const Di
     values.resize(values.size() - left_out);
     return values;
   };
-  const SeenValve seen =
-      seen_valve(until(played.rows.command_V), means(until(played.rows.rod_in), mean_width(tick_s)), tick_s);
-  return changes_of(seen, played.controller.settings.inverse, unit);
+  return seen_valve(until(played.rows.command_V), means(until(played.rows.rod_in), mean_width(tick_s)), tick_s);
 }
 
-std::string stood_under_volts(const TrackResult& played, const config::RigLimits& limits, const DisplayUnit& unit) {
+/// Why a rod stands under volts that should move it.
+const char* cause_of_standing(const TrackResult& played, const SeenValve& seen, double volts_V) {
+  if (played.leak) return "the volts make up for the leak";
+  const bool is_seen = seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0;
+  if (is_seen && std::abs(volts_V - seen.null_V) <= seen.dead_band_V + config::kSameValve_V) {
+    return "they are within the dead band that the moving rod shows, which [following] does not have";
+  }
+  return "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same";
+}
+
+std::string stood_under_volts(const TrackResult& played, const SeenValve& seen, const config::RigLimits& limits,
+                              const DisplayUnit& unit) {
   const TrackRows& rows = played.rows;
   const auto look = static_cast<std::size_t>(std::lround(kStood_s / played.controller.settings.tick_s));
   if (!limits.following || rows.time_s.size() < 2 * look || look == 0) return {};
@@ -53,8 +64,7 @@ std::string stood_under_volts(const TrackResult& played, const config::RigLimits
       "it stood at the reference under {:.2f} V, {:.2f} V from the null, which the checks of [following] (dead_band_V "
       "{:.2f} V) take for a motion that is missing: {}",
       unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, limits.following->dead_band_V,
-      played.leak ? "the volts make up for the leak"
-                  : "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same");
+      cause_of_standing(played, seen, volts_V));
 }
 
 }  // namespace
@@ -63,9 +73,10 @@ EndedTrial ended_trial(const record::OpenRun& opened, const DisplayUnit& unit) {
   EndedTrial trial{.played = played_track(opened)};
   const record::LoadedRun run = record::read_run(opened);
   if (run.outcome != acquisition::Outcome::faulted) return trial;
-  trial.changes = changes_until_fault(trial.played, unit);
+  const SeenValve seen = seen_until_fault(trial.played);
+  trial.changes = changes_of(seen, trial.played.controller.settings.inverse, unit);
   const config::RigConfig rig = config::parse_rig(run.rig_text, (opened.path() / "run.json (rig)").string());
-  trial.stood = stood_under_volts(trial.played, rig.limits, unit);
+  trial.stood = stood_under_volts(trial.played, seen, rig.limits, unit);
   return trial;
 }
 

@@ -93,23 +93,28 @@ std::optional<WorkerEnd> WorkerProcess::poll() {
   if (timed_out_) {
     return WorkerEnd{std::nullopt,
                      fmt::format("the identification took longer than {} s (worker.wall_time_s) and was ended",
-                                 limits_.wall_time.count())};
+                                 limits_.wall_time.count()),
+                     "", EndedBy::wall_time};
   }
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
     if (const auto own = lower_own_limit(RLIMIT_CPU, static_cast<rlim_t>(limits_.cpu_time.count()))) {
       return WorkerEnd{std::nullopt,
                        fmt::format("the identification took more than the {} s of processor time that ehad itself has "
                                    "as a hard limit, RLIMIT_CPU, and was ended: raise LimitCPU of its unit",
-                                   *own)};
+                                   *own),
+                       "", EndedBy::processor_time};
     }
     return WorkerEnd{
         std::nullopt,
         fmt::format("the identification took more than {} s of processor time (worker.cpu_time_s) and was ended",
-                    limits_.cpu_time.count())};
+                    limits_.cpu_time.count()),
+        "", EndedBy::processor_time};
   }
   if (WIFSIGNALED(status)) {
-    return WorkerEnd{std::nullopt, fmt::format("the identification was ended by signal {} ({}){}", WTERMSIG(status),
-                                               strsignal(WTERMSIG(status)), memory_note(limits_))};
+    return WorkerEnd{std::nullopt,
+                     fmt::format("the identification was ended by signal {} ({}){}", WTERMSIG(status),
+                                 strsignal(WTERMSIG(status)), memory_note(limits_)),
+                     "", EndedBy::signal};
   }
   const bool is_worker_itself = WEXITSTATUS(status) == static_cast<int>(ExitCode::io);
   return WorkerEnd{WEXITSTATUS(status), end_of(messages_) + (is_worker_itself ? memory_note(limits_) : ""),

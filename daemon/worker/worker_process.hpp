@@ -29,11 +29,15 @@ struct WorkerPrograms {
   std::filesystem::path eha;
 };
 
+/// What ended a worker.
+enum class EndedBy { itself, wall_time, processor_time, signal };
+
 /// The end of a worker.
 struct WorkerEnd {
   std::optional<int> exit_code;  ///< of eha; none: killed, or ended by a limit
   std::string text;              ///< its last messages, or the reason for its end
   std::string output = {};       ///< the end of its standard output
+  EndedBy ended_by = EndedBy::itself;
 };
 
 /// Runs a command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. The child runs at

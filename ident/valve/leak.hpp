@@ -40,7 +40,7 @@ inline constexpr const char* kRepairFirst =
 
 /// What comes first where the moving rod shows another valve, and no sheet tells whether oil leaks.
 inline constexpr const char* kMeasureFirst =
-    "`eha characterise` measures the valve and shows a leak, which is to be repaired first; then play the model's "
-    "experiment again with the new rig file, and `eha tune` with that run";
+    "`eha characterise` measures the valve; where its sheet shows a leak, repair that and measure again. Then play the "
+    "model's experiment again with the new rig file, and `eha tune` with that run";
 
 }  // namespace eha::ident
