@@ -216,7 +216,25 @@ class Finder {
     replaced_time_ = roles.time;
     // --period replaces the column; with --resample it is that of the new rows.
     if (options_.period_s && !options_.resample) roles.replaced_time = std::exchange(roles.time, std::nullopt);
+    if (options_.period_s && !options_.time) roles.replaced_time = replaced_time_ = clock_without_name(taken);
     if (roles.time && !options_.time) refuse_days(table_, *roles.time, file_, options_);
+  }
+
+  /// The first column that rises evenly and has no name, where enough others are left; none without one.
+  [[nodiscard]] std::optional<std::size_t> clock_without_name(
+      const std::vector<std::optional<std::size_t>>& taken) const {
+    std::vector<std::size_t> free;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const bool is_taken = std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
+      if (columns_[i].is_number && !is_taken) free.push_back(i);
+    }
+    if (free.size() <= static_cast<std::size_t>(std::count(taken.begin(), taken.end(), std::nullopt))) return {};
+    const auto found = std::find_if(free.begin(), free.end(), [&](std::size_t i) {
+      const Hints& hints = hints_[i];
+      return hints.time == 0 && hints.input == 0 && hints.output == 0 && !hints.is_temperature &&
+             increases_evenly(columns_[i].sample);
+    });
+    return found == free.end() ? std::nullopt : std::optional(*found);
   }
 
   template <typename Strength>

@@ -20,7 +20,7 @@ struct Roles {
   std::optional<std::size_t> time = {};  ///< none: period_s is the step
   std::optional<double> period_s = {};   ///< [s]; as --period gives it, or the file
   std::string period_name = {};          ///< of the number in the file that gives it
-  /// The column of times that --time names where a period replaces it.
+  /// The column of times where a period replaces it: that of --time, else one that rises evenly and has no name.
   std::optional<std::size_t> replaced_time = {};
   std::string time_note = {};  ///< what other columns of times say, for the line of guesses
   /// The output's own times where it has some: the same, or later or earlier by a part of a step.
@@ -57,7 +57,8 @@ inline constexpr std::string_view kFilledColumn = "filled";
 
 /// Finds time, input and output: as the options say, else by names and units of English, German and French, else, of
 /// exactly three columns, by their order. Columns that number the rows and columns of text are left out. With --period
-/// a column that --time names is neither input nor output.
+/// a column that --time names is neither input nor output, nor, without --time, the first that rises evenly and has no
+/// name, where two others are left.
 /// @throws ColumnsAsked  more than one choice is left: lists the columns, and gives a command that works
 /// @throws UsageError  an option names no column, or one of text
 [[nodiscard]] Roles find_record(Table& table, const std::filesystem::path& path, const Options& options);
