@@ -91,6 +91,11 @@ class Fit {
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
   [[nodiscard]] const fs::path& folder() const noexcept { return folder_; }
+  /// ": bench.csv, 12 s"
+  [[nodiscard]] std::string progress() const {
+    return fmt::format(": {}, {:.0f} s", fs::path(record_.source).filename().string(),
+                       std::chrono::duration<double>(steady_clock::now() - begun_).count());
+  }
   void kill() const noexcept { process_->signal(SIGKILL); }
 
   /// Returns the result, or nothing while the process runs.
@@ -194,7 +199,9 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
       ++done;
     }
     const double share = static_cast<double>(done) / static_cast<double>(open.size());
-    options.progress(share, fmt::format("record {} of {}", std::min(done + 1, open.size()), open.size()));
+    // The record that has run longest, whose seconds show that it goes on.
+    const std::string at_work = running.empty() ? std::string() : running.front()->progress();
+    options.progress(share, fmt::format("record {} of {}{}", std::min(done + 1, open.size()), open.size(), at_work));
     std::this_thread::sleep_for(kPoll);
   }
   return all_have_results;

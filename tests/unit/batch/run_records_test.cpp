@@ -26,10 +26,11 @@ class RunRecords : public ::testing::Test {
     return run_records(batch_, {.program = program,
                                 .jobs = 2,
                                 .shard = {},
-                                .progress = [](double, const std::string&) {},
+                                .progress = [this](double, const std::string& text) { shown_ += text + "\n"; },
                                 .stopped = [] { return false; }});
   }
 
+  std::string shown_;
   test::TemporaryFolder folder_;
   Record first_{.id = "0001-a", .source = "a.csv", .sha256 = ""};
   Record second_{.id = "0002-b", .source = "b.csv", .sha256 = ""};
@@ -46,6 +47,13 @@ TEST_F(RunRecords, LeavesOpenWhatWasToldToEndAndGoesOnWithIt) {
   EXPECT_TRUE(is_judged(*batch_.result(second_)));
   EXPECT_TRUE(run(program("echo '{\"models\": []}'")));
   EXPECT_TRUE(batch_.result(first_));
+}
+
+TEST_F(RunRecords, NamesTheRecordAtWorkWithItsTime) {
+  const std::string mark = (folder_.path() / "b.done").string();
+  EXPECT_TRUE(run(program("if [ $2 = a.csv ]; then until [ -e '" + mark + "' ]; do sleep 0.05; done; else touch '" +
+                          mark + "'; fi\necho '{\"models\": []}'")));
+  EXPECT_NE(shown_.find("record 1 of 2: a.csv, 0 s"), std::string::npos) << shown_;
 }
 
 TEST_F(RunRecords, StopsAtAFullDiskWithItsMessageAndLeavesTheRecordOpen) {
