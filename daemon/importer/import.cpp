@@ -110,14 +110,15 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
   constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
   if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
   return fmt::format(
-      "{}: a row every {:.3g} s is {} than any hydraulic rig is sampled: check the unit of the time; --period gives "
-      "the sample period",
-      path.string(), step_s, step_s < kShortestStep_s ? "faster" : "slower");
+      "{}: a row every {:.3g} s is {}: check the unit of the time; --period gives the sample period", path.string(),
+      step_s,
+      step_s < kShortestStep_s ? "faster than any hydraulic rig is sampled" : "slow for a rod, if the output is one");
 }
 
 constexpr const char* kClosedLoop =
     "a controller probably made the input from it and the output: of a closed loop a model may be biased, most where "
-    "noise and load move the rod; record with the loop open, or hold the model against such a record (`eha validate`)";
+    "noise and load move the output; record with the loop open, or hold the model against such a record (`eha "
+    "validate`)";
 
 /// The set point of the rod beside input and output; none without one.
 std::optional<std::size_t> set_point_beside(const Table& table, const Roles& roles) {
@@ -384,7 +385,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
                         "were measured so, to take them as they are: `{}`",
                         path.string(), rows.where(lone.front()), found,
                         is_input ? "a lost decimal point or a disturbed wire does that"
-                                 : "a loose contact or a disturbed sensor does that, a rod cannot",
+                                 : "a loose contact or a disturbed sensor does that, no motion",
                         mend, command_with(options, path, "--keep-lone-rows")));
       }
       imported.repairs.push_back(found + "; taken as not measured");
@@ -473,11 +474,11 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       is_in_order_of_record(*table) ? std::nullopt : set_point_beside(*table, roles);
   imported.is_closed_loop = set_point || table->says_closed_loop();
   if (imported.is_closed_loop) {
-    imported.remarks.push_back(fmt::format(
-        "{}: {}, so that {}", path.string(),
-        set_point ? fmt::format("column {} is a set point of the rod", described(table->columns(), *set_point))
-                  : std::string("the file that it was imported from had a set point of the rod"),
-        kClosedLoop));
+    imported.remarks.push_back(
+        fmt::format("{}: {}, so that {}", path.string(),
+                    set_point ? fmt::format("column {} is a set point", described(table->columns(), *set_point))
+                              : std::string("the file that it was imported from had a set point"),
+                    kClosedLoop));
   }
   // A plain record without units has nothing but the order of its columns either.
   const bool is_without_units = record.input_channel.unit.empty() && record.output_channel.unit.empty();
@@ -494,8 +495,11 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       findings_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
                          imported.held, record.start_s, record.step_s, !why.empty());
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
-  if (const std::string remark = remark_on_slow_rows(record.input, record.output, record.step_s); !remark.empty()) {
-    imported.remarks.push_back(path.string() + ": " + remark);
+  imported.slow_rows = remark_on_slow_rows(record.input, record.output, record.step_s);
+  if (!imported.slow_rows.empty()) {
+    imported.remarks.push_back(path.string() + ": " + imported.slow_rows);
+  } else if (!imported.is_closed_loop) {
+    imported.slow_rows = motion_within_rows(record.input, record.output, record.step_s);
   }
   imported.cut = findings.cut;
   imported.frozen = std::move(findings.frozen);

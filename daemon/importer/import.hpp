@@ -34,6 +34,7 @@ struct Imported {
   std::string exchange = {};    ///< "--input 3 --output 2": the options that exchange input and output
   Cut cut = {};                 ///< what the remarks on the output ask to keep
   std::string frozen = {};      ///< where the sensor froze, as OutputFindings
+  std::string slow_rows = {};   ///< that the rows are too slow for the plant, as in the remarks; mostly empty
   Cut without_gaps = {};        ///< the longest part without a gap that was filled
   std::string gaps = {};        ///< where such gaps are, "from 42 to 42.29 s"; empty without one
   bool is_closed_loop = false;  ///< a set point stood beside input and output

@@ -124,7 +124,7 @@ std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>
                         text.empty() ? "of the rows have the output " : "", extreme,
                         extreme < *greatest ? "least" : "greatest");
   }
-  return text.empty() ? text : text + ": the sensor is at its end, or the rod stands";
+  return text.empty() ? text : text + ": the sensor is at its end, or a rod stands";
 }
 
 /// "from 42 to 42.29 s", of several the longest; empty without one.
@@ -411,7 +411,7 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
     for (const auto& [first, last] : stops) rows += last - first + 1;
     add(fmt::format(
             "the output stands at an end for {:.2g} % of the rows, from {} s on at {:.6g}, while the input pushes "
-            "on: the rod is on its end stop, or the sensor at its end",
+            "on: a rod is on its end stop, or the sensor at its end",
             100.0 * static_cast<double>(rows) / static_cast<double>(output.size()),
             time_text(time(stops.front().first)), output[stops.front().first]),
         stops);

@@ -14,6 +14,8 @@ constexpr Index kFewestShowing = 60;
 constexpr double kByItsRow = 0.5;    // of the output's variance
 constexpr double kByPastRows = 0.8;  // of it, at most
 constexpr double kLeftBeside = 0.5;  // of what past rows leave over, with the row's own input
+constexpr double kLeastLeft = 0.02;  // of the motions' variance, by past rows
+constexpr double kByNext = 0.15;     // of that, by the input of the next row
 
 /// Share of the variance of y that the columns explain beside a constant.
 double share_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
@@ -43,6 +45,25 @@ std::string remark_on_slow_rows(const Eigen::VectorXd& input, const Eigen::Vecto
       "only {:.0f} %; such rows are too slow to show how it answers: record at least ten times as many, or, where a "
       "logger shifts a column by a row, shift it back",
       step_s, 100.0 * by_own, 100.0 * by_past);
+}
+
+std::string motion_within_rows(const Eigen::VectorXd& input, const Eigen::VectorXd& output, double step_s) {
+  const Index n = output.size() - 3;
+  if (n < kFewestShowing || input.size() != output.size() || !input.allFinite() || !output.allFinite()) return {};
+  const Eigen::VectorXd motions = output.tail(n + 2) - output.head(n + 2);
+  const Eigen::VectorXd motion = motions.tail(n);
+  if (!(motion.maxCoeff() > motion.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
+  Eigen::MatrixXd columns(n, 8);
+  columns << Eigen::VectorXd::Ones(n), input.segment(2, n), input.segment(1, n), input.head(n), motions.segment(1, n),
+      motions.head(n), output.segment(2, n), input.tail(n);
+  const double left = 1.0 - share_of(columns.leftCols(7), motion);
+  const double by_next = left - (1.0 - share_of(columns, motion));
+  if (left < kLeastLeft || by_next < kByNext * left) return {};
+  return fmt::format(
+      "the output answers within one row of {:.3g} s: of the motion that all rows before leave open the input of the "
+      "next row explains {:.0f} %, as where the input moves between the rows; such rows are too slow to show how the "
+      "output answers: record at least ten times as many, or, where a logger shifts a column by a row, shift it back",
+      step_s, 100.0 * by_next / left);
 }
 
 }  // namespace eha::importer

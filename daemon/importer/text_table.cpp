@@ -97,6 +97,12 @@ class TextTable final : public Table {
 
   [[nodiscard]] std::optional<double> told_period_s() const override { return told_period_s_; }
 
+  /// LabVIEW says the step of its channels above the rows, and may leave out the times.
+  [[nodiscard]] std::optional<StatedPeriod> stated_period() const override {
+    if (!dialect_.is_of_labview || !told_period_s_) return std::nullopt;
+    return StatedPeriod{*told_period_s_, "Delta_X"};
+  }
+
   [[nodiscard]] std::string place() const override {
     return dialect_.header_line > 0 ? fmt::format("{}:{}", path_.string(), dialect_.header_line) : path_.string();
   }

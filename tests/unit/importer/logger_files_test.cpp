@@ -151,7 +151,7 @@ TEST_F(LoggerFile, OfAClosedLoopIsStillOneAfterItsImport) {
                           }));
   const Imported imported = import_record(path, {});
   ASSERT_FALSE(imported.remarks.empty());
-  EXPECT_NE(imported.remarks.front().find("is a set point of the rod, so that a controller"), std::string::npos);
+  EXPECT_NE(imported.remarks.front().find("is a set point, so that a controller"), std::string::npos);
   // Names as of a record, but more columns than one has: which were taken is said, and what a set point makes of them.
   const Imported plain =
       import_record(write("plain.csv", Rig::rows("time_s,reference_V,valve_V,position_mm\n",
@@ -166,7 +166,7 @@ TEST_F(LoggerFile, OfAClosedLoopIsStillOneAfterItsImport) {
   write_record_csv(imported, [&](std::string_view piece) { text += piece; });
   const Imported again = import_record(write("again.csv", text), {});
   ASSERT_EQ(again.remarks.size(), 1U);
-  EXPECT_NE(again.remarks.front().find("had a set point of the rod, so that a controller"), std::string::npos)
+  EXPECT_NE(again.remarks.front().find("had a set point, so that a controller"), std::string::npos)
       << again.remarks.front();
   EXPECT_TRUE(again.guess.empty()) << "a record of our own";
   EXPECT_EQ(again.record.input, imported.record.input);

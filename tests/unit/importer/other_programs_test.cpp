@@ -221,8 +221,8 @@ std::vector<Program> programs() {
                  "V",
                  "mm",
                  1.0,
-                 {.period_s = 1e-3},
-                 "--period 0.001"});
+                 {},
+                 {}});
   // Two times, one for each channel.
   all.push_back({"LabviewTwoTimes",
                  "multi.lvm",

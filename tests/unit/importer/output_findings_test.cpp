@@ -312,7 +312,7 @@ TEST(OutputRemarks, NameAnEndStopThatANoisySensorShows) {
   };
   const OutputFindings found = findings(200.0, 3.0);
   ASSERT_EQ(found.remarks.size(), 1U);
-  EXPECT_NE(found.remarks.front().find("the rod is on its end stop, or the sensor at its end"), std::string::npos)
+  EXPECT_NE(found.remarks.front().find("a rod is on its end stop, or the sensor at its end"), std::string::npos)
       << found.remarks.front();
   EXPECT_FALSE(found.cut.keeps(15.0)) << cut_options(found.cut);
   EXPECT_TRUE(findings(1e9, 3.0).remarks.empty()) << "it runs on";

@@ -9,8 +9,13 @@
 namespace eha::importer {
 namespace {
 
+struct LoggedRows {
+  Eigen::VectorXd input;
+  Eigen::VectorXd output;
+};
+
 /// Every `every`th of fine rows of 10 ms of a lag behind levels of a random input.
-std::string remark_on(double lag_s, int hold_rows, int every, bool integrates = false) {
+LoggedRows rows_of(double lag_s, int hold_rows, int every, bool integrates, bool is_aligned = false) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   const Eigen::Index rows = 600;
@@ -23,6 +28,7 @@ std::string remark_on(double lag_s, int hold_rows, int every, bool integrates = 
     if (k == next) {
       u = normal(random) - (integrates ? 0.1 * y : 0.0);
       next += hold_rows / 2 + static_cast<int>(random() % static_cast<unsigned>(hold_rows));
+      if (is_aligned) next += every - next % every;
     }
     if (k % every == 0) {
       input[k / every] = u;
@@ -30,7 +36,12 @@ std::string remark_on(double lag_s, int hold_rows, int every, bool integrates = 
     }
     y += integrates ? 0.01 * u : (1.0 - std::exp(-0.01 / lag_s)) * (u - y);
   }
-  return remark_on_slow_rows(input, output, 0.01 * every);
+  return {input, output};
+}
+
+std::string remark_on(double lag_s, int hold_rows, int every, bool integrates = false) {
+  const LoggedRows rows = rows_of(lag_s, hold_rows, every, integrates);
+  return remark_on_slow_rows(rows.input, rows.output, 0.01 * every);
 }
 
 TEST(SlowRows, AreNamedWhereTheOutputAnswersWithinOne) {
@@ -47,6 +58,20 @@ TEST(SlowRows, AreNotNamedWhereTheyShowTheAnswer) {
     EXPECT_EQ(remark_on(0.1, hold, 2), "") << hold;
     EXPECT_EQ(remark_on(0.1, hold, 5, true), "") << hold;
     EXPECT_EQ(remark_on(0.1, hold, 100, true), "") << hold;
+  }
+}
+
+TEST(SlowRows, AreTheCauseOfAnErrorOfARodTooWhereTheInputMovesBetweenThem) {
+  for (const int hold : {60, 150, 400}) {
+    for (const bool integrates : {false, true}) {
+      const LoggedRows slow = rows_of(0.1, hold, 100, integrates);
+      EXPECT_NE(motion_within_rows(slow.input, slow.output, 1.0).find("too slow"), std::string::npos) << hold;
+      // An input that moves with the rows is known.
+      for (const int every : {5, 10}) {
+        const LoggedRows even = rows_of(0.5, hold, every, integrates, true);
+        EXPECT_EQ(motion_within_rows(even.input, even.output, 0.01 * every), "") << hold << " " << every;
+      }
+    }
   }
 }
 
