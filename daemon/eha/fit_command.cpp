@@ -41,6 +41,7 @@
 #include "daemon/record/sheet_beside.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
@@ -237,9 +238,21 @@ std::string picture_of_record(const FitCommand& command) {
   return fmt::format("eha plot {} -o {}", shell_word(command.source), shell_word(picture));
 }
 
-/// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of a grey box that
-/// holds, or the record of an output that wanders or drifts; none otherwise.
-/// @param written  models' files, beside which a fit of another structure is not the next step
+/// The fit of another structure in the place of the named ones. @param options  "--model friction"
+std::string fit_of_structure(const FitCommand& command, const Source& source, const std::string& options) {
+  importer::Options without = command.import;
+  without.command = command_of_ladder(command);
+  const std::string family = options.substr(options.find(' ') + 1);
+  const std::string folder = command.output      ? std::string()
+                             : source.run_folder ? " -o models-" + family.substr(0, family.find(' '))
+                                                 : " -o " + shell_word(folder_to_offer(command, source));
+  return importer::command_with(without, command.source, options + folder);
+}
+
+/// What goes on where the model that is recommended, or comes nearest, shows why it errs: a fit of a structure that
+/// explains what it leaves over, or of a grey box that holds, or the record of an output that wanders or drifts; none
+/// otherwise.
+/// @param written  models' files, beside which a fit of another structure that explains nothing is not the next step
 std::optional<std::string> step_by_cause(const FitCommand& command, const Source& source,
                                          const Identification& identification, const std::vector<fs::path>& written) {
   const ident::Recommendation& recommendation = identification.recommendation;
@@ -251,12 +264,11 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
     const bool is_reason =
         !model.verdict->reasons.empty() && recommendation.reason + "." == model.verdict->reasons.front();
     if (model.name != named && !is_reason && identification.models.size() > 1) continue;
+    const auto explained = ident::explanation(model);
+    if (explained && !explained->options.empty()) return fit_of_structure(command, source, explained->options);
     const ident::GreyBoxKind* kind = ident::grey_box_to_advise(model, *model.verdict);
     if (kind != nullptr && (!has_model || written.empty())) {
-      const std::string folder = command.output      ? std::string()
-                                 : source.run_folder ? fmt::format(" -o models-{}", kind->name)
-                                                     : " -o " + shell_word(folder_to_offer(command, source));
-      return importer::command_with(command.import, command.source, fmt::format("--model {}{}", kind->name, folder));
+      return fit_of_structure(command, source, fmt::format("--model {}", kind->name));
     }
     if (ident::takes_in_a_drift(model)) return picture_of_record(command);
     if (!has_model && !is_accepted(one) && ident::wanders(model, *model.verdict) &&

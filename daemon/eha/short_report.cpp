@@ -326,6 +326,11 @@ std::string wrapped(const std::string& text, std::size_t indent) {
          next < rest.size() && rest.substr(next).starts_with(kStep); next = rest.find_first_not_of(' ', end)) {
       end = std::min(rest.find(' ', next), rest.size());
     }
+    // A command is copied in one piece.
+    if (const std::size_t command = rest.find("`eha "); command < end) {
+      const std::size_t close = rest.find('`', command + 1);
+      if (close != std::string_view::npos) end = std::min(rest.find(' ', close), rest.size());
+    }
     const std::string_view word = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     if (column > indent && column + 1 + word.size() > kWidth) {

@@ -15,10 +15,10 @@
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
-#include "daemon/identify/grey_box_trial.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/moving_start.hpp"
+#include "daemon/identify/structure_trial.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/identify/trend.hpp"
 #include "ident/estimation/judging_part.hpp"
@@ -294,7 +294,8 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     add_longer_experiment(source, task, identification);
     return identification;
   }
-  // Neither other starts nor a longer experiment move a rod off its end stop, or mend a sensor.
+  // Neither other starts nor a longer experiment move a rod off its end stop, mend a sensor or make rows quicker.
+  if (!task.slow_rows.empty()) return identification;
   const ident::FirstStep first = next_step_of(identification).first;
   if (first != ident::FirstStep::none && first != ident::FirstStep::longer_record) return identification;
 
@@ -346,6 +347,7 @@ IdentificationTask task_of(const Source& source) {
                           .units = source.units,
                           .cut = source.cut,
                           .frozen = source.frozen,
+                          .slow_rows = source.slow_rows,
                           .gaps = source.gaps,
                           .without_gaps = source.without_gaps,
                           .within_dead_band = within_dead_band(source),
@@ -378,6 +380,7 @@ IdentificationTask with_record(const IdentificationTask& task, const ident::Reco
           .remarks = task.remarks,
           .cut = task.cut,
           .frozen = task.frozen,
+          .slow_rows = task.slow_rows,
           .gaps = task.gaps,
           .without_gaps = task.without_gaps,
           .within_dead_band = task.within_dead_band,
@@ -446,7 +449,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
   const std::string later = leave_out_moving_start(judged, identification, fit);
-  try_grey_boxes(judged, identification);
+  try_other_structures(judged, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (straight) identification.warnings.push_back(straight->sentence);

@@ -36,6 +36,7 @@ struct IdentificationTask {
   std::vector<std::string> remarks = {};  ///< on the record, for a person to look at; kept in the models' provenance
   importer::Cut cut = {};                 ///< as Source
   std::string frozen = {};                ///< as Source
+  std::string slow_rows = {};             ///< as Source
   std::string gaps = {};                  ///< as Source
   importer::Cut without_gaps = {};        ///< as Source
   std::string within_dead_band = {};      ///< of identify::within_dead_band()

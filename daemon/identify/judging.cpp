@@ -11,9 +11,12 @@
 #include <string>
 #include <vector>
 
+#include "core/time_text.hpp"
 #include "ident/excitation/excitation.hpp"
 #include "ident/uncertainty/usable_band.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/gain_change.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -71,11 +74,14 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
-  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
-                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kAtCommandLimit,
-                          ident::kEffectOnOwnRecord, ident::kGainChanged, ident::kBesideGainChange}) {
+  for (const char* key :
+       {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
+        ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord, ident::kGainChanged,
+        ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows}) {
     model.provenance.erase(key);
   }
+  ident::forget_explanation(model);
+  if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
   if (!task.within_dead_band.empty()) model.provenance[ident::kWithinDeadBand] = task.within_dead_band;
   if (!task.at_command_limit.empty()) model.provenance[ident::kAtCommandLimit] = task.at_command_limit;
@@ -92,9 +98,22 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
 
 namespace {
 
-/// Where the record has no end stop and no jump, which stand first.
-void note_gain_change(const ident::FitResult& result, ident::Model& model) {
-  if (!model.validation || model.validation->end_stop || model.validation->jump || model.grey_box) return;
+/// Of the parts beside a sudden change, the option that keeps the longer one.
+void note_longer_part(const ident::FitResult& result, double to_s, double from_s, ident::Model& model) {
+  const bool is_first = to_s - result.time_s[0] >= result.time_s[result.time_s.size() - 1] - from_s;
+  model.provenance[ident::kLongerPart] = is_first ? "--to " + time_text(to_s) : "--from " + time_text(from_s);
+}
+
+/// A jump of the error, else a change of the gain, where the record has no end stop, which stands first.
+void note_sudden_change(const ident::FitResult& result, ident::Model& model) {
+  if (!model.validation || model.validation->end_stop || result.time_s.size() < 2) return;
+  if (const auto& jump = model.validation->jump) {
+    const ident::CutBeside cut =
+        ident::cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
+    note_longer_part(result, cut.to_s, cut.from_s, model);
+    return;
+  }
+  if (model.grey_box) return;
   const auto change = ident::gain_change(result.time_s, result.measured, result.simulated);
   if (!change) return;
   // It is known to a hundredth of the record.
@@ -103,6 +122,8 @@ void note_gain_change(const ident::FitResult& result, ident::Model& model) {
       fmt::format("at about {:.3g} s, by a factor of {:.2g}", change->time_s, change->ratio);
   model.provenance[ident::kBesideGainChange] =
       fmt::format("--to {:.3g} or --from {:.3g}", change->time_s - margin_s, change->time_s + margin_s);
+  const auto in_digits = [](double time_s) { return std::stod(fmt::format("{:.3g}", time_s)); };
+  note_longer_part(result, in_digits(change->time_s - margin_s), in_digits(change->time_s + margin_s), model);
 }
 
 }  // namespace
@@ -111,7 +132,7 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
            ident::FitResult& result) {
   ident::Model& model = result.model;
   note_record(task, model);
-  note_gain_change(result, model);
+  note_sudden_change(result, model);
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);

@@ -66,7 +66,7 @@ void name_lone_rows(Source& source) {
   if (rows.empty()) return;
   const double first_s = record.start_s + record.step_s * static_cast<double>(rows.front());
   source.remarks.push_back(
-      fmt::format("{}; a loose contact or a disturbed sensor does that, a rod cannot; they are left in the record and "
+      fmt::format("{}; a loose contact or a disturbed sensor does that, no motion; they are left in the record and "
                   "spoil a model: mend the sensor's wire and record again, or fit a part without them (--from, --to)",
                   importer::lone_rows_text(rows, values(record.output), first_s)));
 }
@@ -107,6 +107,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
     source.frozen = std::move(imported.frozen);
+    source.slow_rows = std::move(imported.slow_rows);
     source.without_gaps = imported.without_gaps;
     source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);

@@ -36,6 +36,7 @@ struct Source {
   std::string exchange = {};              ///< of a file: the options that exchange input and output
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
   std::string frozen = {};                ///< of a file: where the sensor froze, as importer::Imported
+  std::string slow_rows = {};             ///< of a file: that its rows are too slow for the plant, the same
   importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
   std::string gaps = {};                  ///< of a file: where gaps were filled, as importer::Imported
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each

@@ -32,6 +32,8 @@ std::string against_error(const ident::Model& model) {
   switch (ident::error_cause(model, *model.verdict)) {
     case ErrorCause::frozen:
       return "The sensor froze, which no model follows: cut that part as the box above says.";
+    case ErrorCause::slow_rows:
+      return "The rows are too slow for the plant: " + in_box;
     case ErrorCause::end_stop:
       return "The output stands at an end, where no model follows it: cut that part as the box above says.";
     case ErrorCause::jump:

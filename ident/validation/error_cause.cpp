@@ -2,6 +2,7 @@
 #include "ident/validation/error_cause.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <optional>
 
 #include "ident/grey_box/grey_box_kind.hpp"
@@ -69,6 +70,18 @@ const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict
   return kind != nullptr ? kind : grey_box_left_to_try(model, verdict);
 }
 
+bool is_rather_nonlinear(const Model& model, const Verdict& verdict) {
+  if (!nonlinear_kind(model, verdict)) return false;
+  const ResidualTest& nonlinear = model.validation->tests->nonlinearity->test;
+  const ResidualTest& linear = model.validation->tests->input;
+  const auto strength = [](const ResidualTest& test) {
+    return test.statistic / static_cast<double>(std::max<std::size_t>(test.degrees, 1));
+  };
+  // Of far tails both probabilities are 0.
+  if (nonlinear.p > 0.0 || linear.p > 0.0) return nonlinear.p <= linear.p;
+  return strength(nonlinear) >= strength(linear);
+}
+
 bool wanders(const Model& model, const Verdict& verdict) {
   if (!model.validation || !model.validation->faster_r2_percent) return false;
   const double faster = *model.validation->faster_r2_percent;
@@ -79,6 +92,7 @@ bool wanders(const Model& model, const Verdict& verdict) {
 ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (model.provenance.contains(kFrozenOfRecord) && is_off(model, verdict)) return ErrorCause::frozen;
   if (!model.validation) return ErrorCause::unknown;
+  if (model.provenance.contains(kSlowRows) && is_off(model, verdict)) return ErrorCause::slow_rows;
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
     return ErrorCause::end_stop;
   }

@@ -11,6 +11,7 @@ namespace eha::ident {
 /// first of this list.
 enum class ErrorCause {
   frozen,        ///< the sensor froze, and the model is off
+  slow_rows,     ///< the rows are too slow for the plant
   end_stop,      ///< the output stands at an end
   jump,          ///< one sudden lasting change
   other_plant,   ///< the model is of another plant
@@ -42,6 +43,10 @@ enum class ErrorCause {
 
 /// Either one where such a fit to the record of the model holds, as its provenance says (kGreyBoxHolds); else null.
 [[nodiscard]] const GreyBoxKind* grey_box_to_advise(const Model& model, const Verdict& verdict);
+
+/// Whether the nonlinear effects of a residual are shown by more than what past input linearly leaves in it, which they
+/// then make, too; else those effects may be what a linear part that is missing looks like.
+[[nodiscard]] bool is_rather_nonlinear(const Model& model, const Verdict& verdict);
 
 /// @param verdict  of this model
 /// @returns unknown without a validation

@@ -70,7 +70,12 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
     const std::string cut = told(*model, kWithoutGaps);
     if (fails(*model, {Kind::interpolated, Kind::unmeasured}) && !cut.empty()) return {FirstStep::cut, cut};
   }
-  if (all([](const Model* model) { return model->validation && model->validation->jump; })) return {FirstStep::cut};
+  // Of rejected models the one that errs least tells most of the record.
+  const Model& nearest = **std::min_element(
+      counted.begin(), counted.end(), [](const Model* a, const Model* b) { return shown_mse(*a) < shown_mse(*b); });
+  if ((nearest.validation && nearest.validation->jump) || nearest.provenance.contains(kGainChanged)) {
+    return {FirstStep::cut, told(nearest, kLongerPart)};
+  }
   if (all([](const Model* model) {
         return fails(*model, {Kind::saturated, Kind::far_saturated}) && told(*model, kWithinDeadBand).empty();
       })) {

@@ -60,7 +60,7 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   }
   if (!with_input) {
     return fmt::format(
-        "{}what is left, {}, is more than white noise, as friction, hum or drift make it; the input has no part in it.",
+        "{}what is left, {}, is more than white noise, as a load, hum or drift make it; the input has no part in it.",
         outside, scatter_text(model));
   }
   return fmt::format(

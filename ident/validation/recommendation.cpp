@@ -16,6 +16,7 @@
 #include "ident/fractional/poles.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -332,11 +333,13 @@ std::string first_whole_reason(const Model& model) {
 std::string cause_in_record(const Models& all) {
   const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
   for (const Model* model : all) {
-    const bool is_frozen = model->verdict && error_cause(*model, *model->verdict) == ErrorCause::frozen;
+    const ErrorCause error = model->verdict ? error_cause(*model, *model->verdict) : ErrorCause::unknown;
+    const bool is_of_record = error == ErrorCause::frozen || error == ErrorCause::slow_rows;
     const bool is_at_stop = model->validation && model->validation->end_stop;
-    if (has_reason(*model) && (is_frozen || is_at_stop)) return first_whole_reason(*model);
+    if (has_reason(*model) && (is_of_record || is_at_stop)) return first_whole_reason(*model);
   }
   const Model& nearest = *all.front();
+  if (has_reason(nearest) && explanation(nearest)) return first_whole_reason(nearest);
   for (const Model* model : all) {
     if (has_reason(*model) && is_blurred(*model) && !is_accepted(*model)) return first_whole_reason(*model);
   }

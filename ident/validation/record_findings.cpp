@@ -106,13 +106,14 @@ class Search {
     const auto other =
         std::find_if(stays.begin(), stays.end(), [&](const Stay& s) { return s.side * first.side < 0.0; });
     if (other != stays.end()) stop.other = {level(*other), time(other->first)};
-    // The longest stretch without a stay.
+    // The longest stretch without a stay, and without the way to it where nothing answers any more.
+    const auto end_before = [&](const Stay& stay) { return is_silent ? answered_before(stay) : stay.first; };
     Index begin = 0;
-    Index longest = first.first;
-    stop.clean_to_s = time(std::max<Index>(0, first.first - 1));
+    Index longest = end_before(first);
+    stop.clean_to_s = time(std::max<Index>(0, longest - 1));
     for (std::size_t i = 0; i < stays.size(); ++i) {
       begin = stays[i].last + 1;
-      const Index end = i + 1 < stays.size() ? stays[i + 1].first : rows_.measured.size();
+      const Index end = i + 1 < stays.size() ? end_before(stays[i + 1]) : rows_.measured.size();
       if (end - begin <= longest) continue;
       longest = end - begin;
       stop.clean_from_s = time(begin);
@@ -122,6 +123,19 @@ class Search {
   }
 
  private:
+  /// The row before a stay from which on the output only goes on to its level, as it does by itself where the drive
+  /// is gone; at most a tenth of the record before.
+  [[nodiscard]] Index answered_before(const Stay& stay) const {
+    const double level = rows_.measured.segment(stay.first, stay.last - stay.first + 1).mean();
+    const auto distance = [&](Index k) { return std::abs(rows_.measured[k] - level); };
+    const Index earliest = std::max<Index>(0, stay.first - rows_.measured.size() / 10);
+    Index turn = stay.first;
+    for (Index k = stay.first - 1; k >= earliest && distance(k) > distance(turn) - band_; --k) {
+      if (distance(k) > distance(turn)) turn = k;
+    }
+    return std::max(earliest, turn - kShortestWindow);
+  }
+
   /// Adds the shorter stays on a side whose stop is known.
   void add_touches(std::vector<Stay>& stays) const {
     const std::vector<Stay> known = stays;

@@ -91,15 +91,21 @@ std::string gaps_in_record(const Model& model) {
 
 namespace {
 
+/// "54.933 mm", without a sign of its own at 0.
+std::string level_text(double level, const std::string& unit) {
+  constexpr double kShown = 0.0005;
+  return fmt::format("{:.3f}{}", std::abs(level) < kShown ? 0.0 : level, unit);
+}
+
 /// That the plant does not answer, when, and the cut.
 std::string silence_text(const EndStop& silence, const std::string& unit, const std::string& cut) {
   const std::string when = silence.to_s
                                ? fmt::format("from {} to {} s", time_text(silence.from_s), time_text(*silence.to_s))
                                : fmt::format("from {} s on", time_text(silence.from_s));
   return fmt::format(
-      "The rod does not answer {}: the output stands at {:.3f}{} while the input goes on; in all that is {:.3g} % of "
-      "the samples. A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
-      when, silence.level, unit, silence.percent, cut);
+      "The output does not answer {}: it stands at {} while the input goes on; in all that is {:.3g} % of the samples. "
+      "A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
+      when, level_text(silence.level, unit), silence.percent, cut);
 }
 
 }  // namespace
@@ -111,20 +117,23 @@ std::vector<std::string> causes_in_record(const Model& model) {
   const auto of_record = model.provenance.find(kCutOfRecord);
   const bool is_given = of_record != model.provenance.end();
   if (const auto& stop = model.validation->end_stop) {
-    const std::string where = fmt::format("at {:.3f}{} from {} s on", stop->level, unit, time_text(stop->from_s));
+    const std::string where = fmt::format("at {} from {} s on", level_text(stop->level, unit), time_text(stop->from_s));
     const std::string cut = is_given ? of_record->second : cut_options(*stop);
     if (stop->does_not_answer) {
       found.push_back(silence_text(*stop, unit, cut));
       return found;
     }
-    const std::string both = stop->other ? fmt::format("{}, and at {:.3f}{} from {} s on; together", where,
-                                                       stop->other->level, unit, time_text(stop->other->from_s))
-                                         : where + ",";
+    const std::string both = stop->other
+                                 ? fmt::format("{}, and at {} from {} s on; together", where,
+                                               level_text(stop->other->level, unit), time_text(stop->other->from_s))
+                                 : where + ",";
     found.push_back(fmt::format(
-        "The rod stands on {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
-        "nearer to mid-travel.",
-        stop->other ? "two end stops" : "an end stop",
-        stop->other ? "(or the sensor at its ends)" : "(or the sensor at its end)", both, stop->percent, cut));
+        "The output stands at {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
+        "nearer to the middle of the range.",
+        stop->other ? "two ends" : "an end",
+        stop->other ? "(a rod on its end stops, or the sensor at its ends)"
+                    : "(a rod on its end stop, or the sensor at its end)",
+        both, stop->percent, cut));
   }
   if (const auto& noise = model.validation->input_noise) {
     found.push_back(fmt::format(

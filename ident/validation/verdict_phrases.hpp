@@ -45,6 +45,13 @@ inline constexpr const char* kWithoutGaps = "without_gaps";  ///< and the option
 inline constexpr const char* kGainChanged = "gain_changed";
 inline constexpr const char* kBesideGainChange = "beside_gain_change";
 
+/// The provenance of a model of a record with a jump or a change of gain: the option that keeps the longer part beside
+/// it ("--to 58.8").
+inline constexpr const char* kLongerPart = "longer_part";
+
+/// The provenance of a model whose record has rows that are too slow for its plant: what shows it, and what to do.
+inline constexpr const char* kSlowRows = "slow_rows";
+
 /// That the sensor froze, and the command that cuts that off; empty where it did not.
 [[nodiscard]] std::string frozen_in_record(const Model& model);
 

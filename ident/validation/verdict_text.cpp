@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
@@ -19,6 +20,7 @@
 #include "ident/model/record_start.hpp"
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/first_step.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/slow_pair.hpp"
@@ -66,7 +68,11 @@ bool leads(const Correlation& ccf) {
 class Reasons {
  public:
   Reasons(const Model& model, const Verdict& verdict)
-      : model_(model), verdict_(verdict), cause_(error_cause(model, verdict)) {}
+      : model_(model), verdict_(verdict), cause_(error_cause(model, verdict)) {
+    const bool misses = fails_any(verdict, {Kind::r2, Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise,
+                                            Kind::far_error_over_noise});
+    if (misses && cause_ != ErrorCause::frozen && cause_ != ErrorCause::slow_rows) explanation_ = explanation(model);
+  }
 
   std::vector<std::string> all() {
     if (shows_no_motion(model_, verdict_)) return {no_motion()};
@@ -89,8 +95,15 @@ class Reasons {
     about({Kind::error_over_estimating});
     // What the residual of another plant's model shows says nothing about this one.
     if (!is_of_another_plant) {
-      about({Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity, Kind::future_input,
-             Kind::predicted_error, Kind::input_levels, Kind::extrapolated});
+      if (is_rather_nonlinear(model_, verdict_)) {
+        about({Kind::nonlinearity});
+        about({Kind::residual_input});
+      } else {
+        about({Kind::residual_input});
+        about({Kind::nonlinearity});
+      }
+      about({Kind::residual_whiteness, Kind::future_input, Kind::predicted_error, Kind::input_levels,
+             Kind::extrapolated});
       note_low_r2();
       about({Kind::error_over_noise, Kind::far_error_over_noise});
     }
@@ -110,10 +123,12 @@ class Reasons {
     note_wide_intervals();
     note_cancelling_pair();
     std::vector<std::string> all;
+    if (explanation_) all.push_back(sentence_of(*explanation_));
     const bool is_off = fails_any(verdict_, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
                                              Kind::predicted_error, Kind::residual_drift, Kind::interpolated}) ||
                         (model_.validation && model_.validation->jump);
     if (const std::string gaps = gaps_in_record(model_); is_off && !gaps.empty()) all.push_back(gaps);
+    if (cause_ == ErrorCause::slow_rows) all.push_back(slow_rows());
     const std::vector<std::string> causes = causes_in_record(model_);
     all.insert(all.end(), causes.begin(), causes.end());
     for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
@@ -139,8 +154,28 @@ class Reasons {
 
   /// Whether a sentence before says what keeps the model from following.
   [[nodiscard]] bool is_cause_named() const {
-    return cause_ == ErrorCause::frozen || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump ||
-           cause_ == ErrorCause::input_noise;
+    return cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows || cause_ == ErrorCause::end_stop ||
+           cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise || explanation_;
+  }
+
+  /// "The output answers within one row ..."
+  [[nodiscard]] std::string slow_rows() const {
+    std::string text = model_.provenance.at(kSlowRows) + ".";
+    text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+    return text;
+  }
+
+  /// Whether another sentence says what makes a criterion fail, or the criterion sees that alone.
+  [[nodiscard]] bool is_explained(Kind kind) const {
+    const bool is_of_residual =
+        kind == Kind::residual_input || kind == Kind::nonlinearity || kind == Kind::residual_whiteness ||
+        kind == Kind::future_input || kind == Kind::predicted_error || kind == Kind::residual_drift ||
+        kind == Kind::error_over_noise || kind == Kind::far_error_over_noise || kind == Kind::error_over_estimating;
+    if (is_of_residual && (explanation_ || cause_ == ErrorCause::slow_rows)) return true;
+    if (is_cut_advised() && (kind == Kind::residual_whiteness || kind == Kind::predicted_error)) return true;
+    // What the plant makes of its input is no noise either.
+    if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});
+    return kind == Kind::residual_input && fails_any(verdict_, {kind}) && is_rather_nonlinear(model_, verdict_);
   }
 
   /// Whether a part of the record that is none of the plant is named, which what is left over then shows.
@@ -184,8 +219,7 @@ class Reasons {
   void about(std::initializer_list<Kind> kinds) {
     for (const Criterion& criterion : verdict_.criteria) {
       if (criterion.passed || std::find(kinds.begin(), kinds.end(), criterion.kind) == kinds.end()) continue;
-      const bool is_of_the_rest = criterion.kind == Kind::residual_whiteness || criterion.kind == Kind::predicted_error;
-      if (is_of_the_rest && is_cut_advised()) continue;
+      if (is_explained(criterion.kind)) continue;
       const std::string text = criterion.judged ? failed(criterion) : not_judged(criterion);
       if (text.empty()) continue;
       const bool rejects = criterion.judged && traits_of(criterion.kind).weight == CriterionWeight::rejects;
@@ -231,8 +265,8 @@ class Reasons {
         if (c.value < kNoAnswer_percent && !answers_in_estimation() && !is_cause_named()) {
           return fmt::format(
               "The output hardly answers to the input: the {} R2 of {} % is below the limit of {:.4g} %; were "
-              "supply and valve on, was the rod off its end stops, and are these the right columns (--input, "
-              "--output)? Look at the record (`eha plot`).",
+              "supply and valve on, was the output off its ends, and are these the right columns (--input, --output)? "
+              "Look at the record (`eha plot`).",
               c.parameter, percent_text(c.value), c.limit);
         }
         return low_r2(c);
@@ -255,7 +289,7 @@ class Reasons {
             c.value, remedy(), where_it_matters());
       case Kind::residual_whiteness:
         return fmt::format(
-            "Something that is not the input moves the output, such as friction, hum or vibration: what the model "
+            "Something that is not the input moves the output, such as a load, hum or vibration: what the model "
             "leaves over is no plain noise (p = {:.2g} for lags 1 to 20); ignore it {}, else record longer.",
             c.value, where_it_matters());
       case Kind::nonlinearity:
@@ -264,7 +298,7 @@ class Reasons {
             "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
             "another amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
             effect_of(*model_.validation->tests->nonlinearity), effect_on_own_record(), c.value,
-            better_grey_box().empty() ? "" : ", or " + better_grey_box(), friction_in_the_map());
+            is_rather_nonlinear(model_, verdict_) ? ", or " + against_nonlinearity() : "", friction_in_the_map());
       case Kind::future_input:
         return fmt::format(
             "The output moves the input: the residual correlates with the input that follows (p = {:.2g}), a "
@@ -298,7 +332,7 @@ class Reasons {
             c.value, c.limit,
             greater_amplitudes().empty()
                 ? "an end stop, or the end of the sensor; record with smaller amplitudes, or cut with --from and --to."
-                : "the rod rests; " + greater_amplitudes() + ".");
+                : "the output rests; " + greater_amplitudes() + ".");
       case Kind::far_saturated:
         return fmt::format(
             "The output stands at an end for {:.3g} % of the samples, more than {:.3g} %: gain and dead band come out "
@@ -320,7 +354,7 @@ class Reasons {
             c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
                 ? fmt::format(
                       ", and every motion repeats it: a fit of {:.3g} % keeps this alone from rejecting it, but expect "
-                      "the rod up to {} from where the model puts it",
+                      "the output up to {} from where the model puts it",
                       score.fit_percent, error_text(largest, model_.output_unit))
                 : std::string();
         return fmt::format(
@@ -421,12 +455,19 @@ class Reasons {
     return fmt::format("The model does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; {}",
                        c.parameter, percent_text(c.value), c.limit,
                        cause_ == ErrorCause::input_noise ? "the noise of the measured input does that."
+                       : explanation_                    ? against_explanation()
+                       : cause_ == ErrorCause::slow_rows ? "record more rows a second."
                        : is_cause_named()                ? "cut as said above, and fit again."
                        : !better_grey_box().empty()      ? better_grey_box() + "."
                        : c.value < kHardlyFollows_percent
                            ? "look at the record: did the output move because of this input (volts beyond "
                              "a dead band, supply on, the right columns)?"
                            : "look at the error over time, and " + remedy() + ".");
+  }
+
+  /// What the other structure that explains the error asks for.
+  [[nodiscard]] std::string against_explanation() const {
+    return explanation_->options.empty() ? "record as said above." : "fit that structure.";
   }
 
   /// One width, the greater of the interval's and the one that the standard error gives.
@@ -478,25 +519,49 @@ class Reasons {
       return fmt::format("let a dead time be estimated (--delay free){}",
                          model_.input_map ? "" : ", or try the valve map (--input-map valve)");
     }
-    const std::optional<NonlinearKind> kind = nonlinear_kind(model_, verdict_);
-    if (kind == NonlinearKind::motion || kind == NonlinearKind::direction) {
-      const auto full = model_.provenance.find(kAtCommandLimit);
-      return fmt::format(
-          "{}{}", better_grey_box().empty() ? "" : better_grey_box() + ", or ",
-          full == model_.provenance.end()
-              ? "record larger amplitudes, beside which friction and play are small"
-              : "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second);
-    }
+    if (is_rather_nonlinear(model_, verdict_)) return against_nonlinearity();
     if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
     if (!better_grey_box().empty()) return better_grey_box();
     if (noted_shift(model_)) {
       return "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
     }
     if (verdict_.beside_ladder) {
-      return "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to linear";
+      return fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
+                 ? "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to "
+                   "linear"
+                 : "as every structure of the ladder was tried, try more poles (`eha fit --model io --poles 5 --zeros "
+                   "4`)";
     }
     return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit` without --model)"
                                                : "try the valve map (--input-map valve)";
+  }
+
+  /// What helps against the nonlinear effect that a model shows.
+  [[nodiscard]] std::string against_nonlinearity() const {
+    const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+    const std::string box = better_grey_box().empty() ? std::string() : better_grey_box() + ", or ";
+    if (test.kind == NonlinearKind::motion || test.kind == NonlinearKind::direction) {
+      const auto full = model_.provenance.find(kAtCommandLimit);
+      const std::string larger =
+          full == model_.provenance.end()
+              ? "record larger amplitudes, beside which friction and play are small"
+              : "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second;
+      // Where the rod goes back to a rest.
+      const bool has_spring = box.empty() && !model_.grey_box && comes_to_rest(model_);
+      return has_spring ? larger +
+                              "; no structure here has both friction and a rest to which the output returns (a "
+                              "spring): the structure friction is of a rod that integrates"
+                        : box + larger;
+    }
+    if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls) {
+      return "record smaller amplitudes, below which nothing saturates, or cut to a part with such (--from, --to)";
+    }
+    if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+    if (test.kind == NonlinearKind::position) return box + "record a smaller travel";
+    if (verdict_.beside_ladder || model_.input_map || model_.grey_box) {
+      return box + "record smaller amplitudes, where a plant is nearer to linear";
+    }
+    return "try the valve map (--input-map valve)";
   }
   /// "where an error of 0.012 in does not matter"
   [[nodiscard]] std::string where_it_matters() const {
@@ -678,6 +743,7 @@ class Reasons {
   const Model& model_;
   const Verdict& verdict_;
   const ErrorCause cause_;
+  std::optional<Explanation> explanation_;
   std::vector<std::string> rejections_;
   std::vector<std::string> notes_;
 };

@@ -307,5 +307,11 @@ TEST(Wrapped, BeginsNoLineWithAStepThatStandsWithinTheText) {
   EXPECT_EQ(wrapped("Next: a record, because", 0), "Next: a record, because") << "eha's own";
 }
 
+TEST(Wrapped, KeepsACommandInOnePiece) {
+  const std::string command = "`eha fit record.csv --model io --poles 3 --zeros 2`";
+  const std::string text = wrapped(std::string(40, 'a') + " (" + command + ") and more of the sentence behind it", 16);
+  EXPECT_NE(text.find("\n                (" + command + ") and"), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace eha::cli

@@ -55,6 +55,24 @@ TEST(NextStep, CutsBeforeItRecordsLonger) {
   model.validation->jump = ErrorJump{.time_s = 2.0, .change = 0.3};
   model = judged(model);
   EXPECT_EQ(next_step({&model}, "io").first, FirstStep::cut);
+  model.provenance[kLongerPart] = "--from 2.1";
+  EXPECT_EQ(next_step({&model}, "io").cut_options, "--from 2.1");
+}
+
+TEST(NextStep, KeepsTheLongerPartBesideAChangeOfTheGain) {
+  Model model = good_model();
+  model.name = "io";
+  model.provenance[kGainChanged] = "at about 34.2 s, by a factor of 1.6";
+  model.provenance[kLongerPart] = "--to 33.3";
+  Model worse = good_model();  // shows no change, as it follows nothing
+  worse.name = "fo";
+  worse.validation->score.mse = 40.0;
+  for (const char* recommended : {"", "io"}) {
+    const NextStep next = next_step({&worse, &model}, recommended);
+    EXPECT_EQ(next.first, FirstStep::cut);
+    EXPECT_EQ(next.cut_options, "--to 33.3");
+  }
+  EXPECT_EQ(next_step({&worse}, "").first, FirstStep::none);
 }
 
 /// A model of a record in whose second part the sensor froze.

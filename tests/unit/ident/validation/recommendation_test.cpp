@@ -330,8 +330,9 @@ TEST(Recommendation, SaysFirstWhatLiesInTheRecord) {
   EXPECT_TRUE(found.model.empty());
   EXPECT_EQ(
       found.reason,
-      "The rod stands on an end stop (or the sensor at its end), at 5.900 in from 12.1 s on, 79 % of the samples, "
-      "and no model follows it there; cut with --to 12.08, or record nearer to mid-travel");
+      "The output stands at an end (a rod on its end stop, or the sensor at its end), at 5.900 in from 12.1 s on, 79 % "
+      "of the samples, and no model follows it there; cut with --to 12.08, or record nearer to the middle of the "
+      "range");
 }
 
 TEST(Recommendation, SaysFirstThatTheSensorFroze) {

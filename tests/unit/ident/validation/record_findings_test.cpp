@@ -71,7 +71,7 @@ TEST(EndStopTest, TellsTwoStopsFromOne) {
     EXPECT_NEAR(std::min(stop->level, stop->other->level), 2.85, 0.005) << seed;
     EXPECT_GT(stop->other->from_s, stop->from_s) << seed;
     const std::string first = judge(result.model, {}).reasons.front();
-    EXPECT_EQ(first.rfind("The rod stands on two end stops", 0), 0U) << first;
+    EXPECT_EQ(first.rfind("The output stands at two ends (a rod on its end stops", 0), 0U) << first;
     EXPECT_FALSE(
         fit(rod(5.0, 0.18, seed), asked_for(structures::integrator_lag()), {}).model.validation->end_stop.value().other)
         << seed;

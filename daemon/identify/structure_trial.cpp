@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/structure_trial.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "daemon/identify/judging.hpp"
+#include "daemon/identify/thread_executor.hpp"
+#include "ident/estimation/fit.hpp"
+#include "ident/model/parameter_text.hpp"
+#include "ident/record.hpp"
+#include "ident/structure/structures.hpp"
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
+#include "ident/validation/recommendation.hpp"
+#include "ident/validation/slow_pair.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
+namespace eha::identify {
+namespace {
+
+using Kind = ident::CriterionKind;
+
+constexpr double kClearlyLess = 0.9;                  // of an error on unseen data
+constexpr double kFarLess = 0.5;                      // the same, of a structure that explains what others leave over
+constexpr Eigen::Index kMostSimulatedRows = 200'000;  // a grey box simulates each of them some 500 times
+constexpr std::array kMoreDegrees{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{4, 3}};
+constexpr std::array kMoreBesideIntegrator{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{5, 2}};
+constexpr std::array kClipped{0.03, 0.1, 0.2, 0.35, 0.5};  // shares of the rows whose input lies beyond a limit
+
+/// A structure beside those of the table that holds.
+struct Trial {
+  ident::Model model;
+  std::string has;      ///< "dry friction"
+  std::string options;  ///< of `eha fit`: "--model friction"
+};
+
+/// The structure fitted to the record as `eha fit --model` does; none where it does not hold.
+std::optional<ident::Model> fit_that_holds(const IdentificationTask& task, const ident::StructureOptions& asked,
+                                           ident::Search search, const std::vector<ident::Model>& known = {}) {
+  ident::FitOptions options = task.options;
+  options.search = search;
+  options.intervals = ident::IntervalMethod::straight;
+  try {
+    ident::FitResult result = ident::fit(task.record, asked, options, thread_executor(), known);
+    judge(task, std::nullopt, result);
+    return result.model.verdict->accepted ? std::optional(std::move(result.model)) : std::nullopt;
+  } catch (const Error&) {  // the record does not allow it
+    return std::nullopt;
+  }
+}
+
+std::optional<Trial> trial_of(const IdentificationTask& task, const ident::GreyBoxKind& kind) {
+  ident::StructureOptions asked;
+  asked.name = std::string(kind.name);
+  asked.structure = ident::structures::grey_box(kind);
+  std::optional<ident::Model> model = fit_that_holds(task, asked, task.options.search);
+  if (!model) return std::nullopt;
+  return Trial{std::move(*model), std::string(kind.effect), fmt::format("--model {}", kind.name)};
+}
+
+/// Whether a residual test finds a part of the plant in what a model leaves over.
+bool misses_a_part(const ident::Verdict& verdict) {
+  return ident::fails_any(
+      verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise, Kind::far_error_over_noise});
+}
+
+/// The first of more poles and zeros that leaves nothing over, else the one that errs least; none that holds.
+std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const Identification& identification,
+                                         const ident::Model& first) {
+  std::vector<ident::Model> known;
+  for (const IdentifiedModel& one : identification.models) known.push_back(one.result.model);
+  const bool has_delay = first.transfer_function.delay_s > 0.0;
+  const bool integrates = first.stability && first.stability->integrator_order > 0.0;
+  std::optional<Trial> best;
+  for (const ident::Degrees& degrees : integrates ? kMoreBesideIntegrator : kMoreDegrees) {
+    ident::StructureOptions asked;
+    asked.structure = ident::structures::io(degrees);
+    if (has_delay) asked.structure.delay.freedom = ident::Freedom::free;
+    if (integrates) asked.parameters.push_back({.name = "a0", .fixed = true, .start = 0.0, .lower = {}, .upper = {}});
+    std::optional<ident::Model> model = fit_that_holds(task, asked, ident::Search::known, known);
+    if (!model) continue;
+    const bool is_clean = !misses_a_part(*model->verdict);
+    if (!is_clean && best && !(ident::shown_mse(*model) < ident::shown_mse(best->model))) continue;
+    best = Trial{std::move(*model), fmt::format("{} poles and {} zeros", degrees.poles, degrees.zeros),
+                 fmt::format("--model io --poles {} --zeros {}{}{}", degrees.poles, degrees.zeros,
+                             has_delay ? " --delay free" : "", integrates ? " --fix a0=0" : "")};
+    if (is_clean) break;
+  }
+  return best;
+}
+
+/// Whether a trial explains what a model leaves over.
+bool explains(const ident::Model& trial, const ident::Model& model) {
+  const std::optional<double> over = ident::error_over(trial, model);
+  return over && (*over <= kFarLess || (*over <= kClearlyLess && !misses_a_part(*trial.verdict)));
+}
+
+/// The input between limits of one size about its mid-range.
+Eigen::VectorXd clipped(const Eigen::VectorXd& input, double middle, double limit) {
+  return (input.array() - middle).cwiseMax(-limit).cwiseMin(limit) + middle;
+}
+
+/// The structures that may describe a plant behind an input that saturates: that of an accepted first model, else the
+/// simple ones of the table.
+std::vector<const IdentifiedModel*> behind_a_limit(const Identification& identification, const ident::Model& first) {
+  constexpr std::array<std::string_view, 3> kSimple{"integrator_lag", "io1", "io"};
+  std::vector<const IdentifiedModel*> found;
+  for (const IdentifiedModel& one : identification.models) {
+    const bool is_first = &one.result.model == &first;
+    const bool is_simple = std::find(kSimple.begin(), kSimple.end(), one.structure.name) != kSimple.end();
+    if (first.verdict->accepted && !first.input_map ? is_first : is_simple) found.push_back(&one);
+  }
+  return found;
+}
+
+/// The model of a plant whose input saturates: the structure that errs least with the input between limits, at those
+/// of kClipped that fit best and then between their neighbours. None that holds.
+std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const Identification& identification,
+                                         const ident::Model& first) {
+  const Eigen::VectorXd& input = task.record.input;
+  const bool is_two_sided = input.minCoeff() < 0.0 && input.maxCoeff() > 0.0;
+  const double middle = is_two_sided ? 0.0 : 0.5 * (input.minCoeff() + input.maxCoeff());
+  std::vector<double> sizes(static_cast<std::size_t>(input.size()));
+  for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::abs(input[static_cast<Eigen::Index>(k)] - middle);
+  std::sort(sizes.begin(), sizes.end());
+  const auto limit_at = [&](double share) {
+    const auto at = static_cast<std::size_t>((1.0 - share) * static_cast<double>(sizes.size() - 1));
+    return sizes[at];
+  };
+  std::vector<const IdentifiedModel*> bases = behind_a_limit(identification, first);
+  const IdentifiedModel* base_of_last = nullptr;
+  const IdentifiedModel* best_base = nullptr;
+  const auto fitted = [&](double limit) {
+    ident::Record record = task.record;
+    record.input = clipped(input, middle, limit);
+    const IdentificationTask cut = with_record(task, record);
+    std::optional<ident::Model> best;
+    for (const IdentifiedModel* base : bases) {
+      std::optional<ident::Model> model =
+          fit_that_holds(cut, base->structure, ident::Search::nearest, {base->result.model});
+      if (!model || (best && !(ident::shown_mse(*model) < ident::shown_mse(*best)))) continue;
+      best = std::move(model);
+      base_of_last = base;
+    }
+    return best;
+  };
+  std::optional<ident::Model> best;
+  double best_share = 0.0;
+  const auto take = [&](double share) {
+    std::optional<ident::Model> model = fitted(limit_at(share));
+    if (!model || (best && !(ident::shown_mse(*model) < ident::shown_mse(*best)))) return;
+    best = std::move(model);
+    best_share = share;
+    best_base = base_of_last;
+  };
+  for (const double share : kClipped) take(share);
+  if (!best) return std::nullopt;
+  bases = {best_base};
+  for (const double factor : {1.7, 1.3, 1.1}) {
+    const double found = best_share;
+    take(found / factor);
+    take(std::min(0.9, factor * found));
+  }
+  const std::string unit = ident::after_number(task.record.input_channel.unit);
+  const double limit = limit_at(best_share);
+  return Trial{std::move(*best),
+               is_two_sided ? fmt::format("+-{:.2g}{}", limit, unit)
+                            : fmt::format("{:.2g} and {:.2g}{}", middle - limit, middle + limit, unit),
+               ""};
+}
+
+/// The model that stands first in the table: the recommended one, that beside it, or the one that errs least.
+const ident::Model* first_of_table(const Identification& identification) {
+  const ident::Recommendation& recommendation = identification.recommendation;
+  const std::string& name = recommendation.model.empty() ? recommendation.runner_up : recommendation.model;
+  const ident::Model* first = nullptr;
+  for (const IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    if (!model.validation || !model.verdict) continue;
+    if (model.name == name) return &model;
+    if (first == nullptr || model.validation->score.mse < first->validation->score.mse) first = &model;
+  }
+  return first;
+}
+
+/// Whether an accepted model errs as little as a trial, so that it makes up for it.
+bool is_made_up_for(const Identification& identification, const ident::Model& trial) {
+  return std::any_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
+    const std::optional<double> over = ident::error_over(trial, one.result.model);
+    return is_accepted(one) && over && *over > kClearlyLess;
+  });
+}
+
+/// Whether the kind may be fitted beside a model, and was not.
+bool is_wanted(const Identification& identification, const ident::GreyBoxKind* kind) {
+  return kind != nullptr &&
+         std::none_of(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& one) {
+           const auto& box = one.result.model.grey_box;
+           return box && box->kind == kind;
+         });
+}
+
+/// Whether more poles may describe what the first model misses: whatever its error looks like, but for one that
+/// lies in the record.
+bool wants_more_poles(const ident::Model& first) {
+  if (first.grey_box || ident::takes_in_a_drift(*first.verdict)) return false;
+  if (ident::error_cause(first, *first.verdict) == ident::ErrorCause::frozen) return false;
+  return misses_a_part(*first.verdict) || ident::fails_any(*first.verdict, {Kind::r2});
+}
+
+/// Whether a limit of the input may be what the first model misses: its gain falls as the input grows, or it follows
+/// so little that no test tells.
+bool may_saturate(const ident::Model& first) {
+  if (first.grey_box || !first.validation || !first.validation->tests) return false;
+  if (first.validation->end_stop || first.validation->jump) return false;
+  const auto& effect = first.validation->tests->nonlinearity;
+  const bool falls = effect && ident::nonlinear_kind(first, *first.verdict) == ident::NonlinearKind::level &&
+                     effect->gain == ident::GainTrend::falls;
+  return falls || (!first.verdict->accepted && wants_more_poles(first));
+}
+
+/// Notes that the trial explains what the models leave over, where it errs clearly less than they do.
+void note_on_models(const Trial& trial, Identification& identification) {
+  const ident::ValidationReport& seen = *trial.model.validation;
+  for (IdentifiedModel& one : identification.models) {
+    ident::Model& model = one.result.model;
+    const std::optional<double> over = ident::error_over(trial.model, model);
+    if (!over || *over > kClearlyLess) continue;
+    ident::note_explanation(model, {trial.has, trial.options, ident::figure_text(*over)});
+    // What it follows is none of the record's.
+    if (!seen.end_stop) {
+      model.validation->end_stop.reset();
+      model.validation->saturated_percent = seen.saturated_percent;
+    }
+    if (!seen.jump) model.validation->jump.reset();
+    if (!trial.model.provenance.contains(ident::kGainChanged)) {
+      model.provenance.erase(ident::kGainChanged);
+      model.provenance.erase(ident::kBesideGainChange);
+    }
+    if (!model.validation->jump && !model.provenance.contains(ident::kGainChanged)) {
+      model.provenance.erase(ident::kLongerPart);
+    }
+  }
+}
+
+}  // namespace
+
+void try_other_structures(const IdentificationTask& task, Identification& identification) {
+  if (task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostSimulatedRows) return;
+  if (!task.slow_rows.empty()) return;
+  std::set<const ident::GreyBoxKind*> kinds;
+  const ident::Model* first = first_of_table(identification);
+  const ident::GreyBoxKind* left = first == nullptr ? nullptr : ident::grey_box_left_to_try(*first, *first->verdict);
+  for (const IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    const ident::GreyBoxKind* kind = model.verdict ? ident::grey_box_to_try(model, *model.verdict) : nullptr;
+    if (is_wanted(identification, kind)) kinds.insert(kind);
+  }
+  const bool is_asked = kinds.contains(left);
+  if (is_wanted(identification, left)) kinds.insert(left);
+  std::optional<Trial> best;
+  const auto keep_better = [&](std::optional<Trial> trial) {
+    if (!trial || first == nullptr || !explains(trial->model, *first)) return;
+    if (!best || ident::shown_mse(trial->model) < ident::shown_mse(best->model)) best = std::move(trial);
+  };
+  bool any = false;
+  for (const ident::GreyBoxKind* kind : kinds) {
+    std::optional<Trial> trial = trial_of(task, *kind);
+    if (!trial) continue;
+    const ident::Model& box = trial->model;
+    const bool helps_first = kind == left && (is_asked || !is_made_up_for(identification, box));
+    for (IdentifiedModel& one : identification.models) {
+      ident::Model& model = one.result.model;
+      const bool is_first = &model == first && helps_first;
+      if (!model.verdict || (!is_first && ident::grey_box_to_try(model, *model.verdict) != kind)) continue;
+      const std::optional<double> over = ident::error_over(box, model);
+      if (!over || *over > kClearlyLess) continue;
+      model.provenance[ident::kGreyBoxHolds] = fmt::format("errs {} times as much", ident::figure_text(*over));
+      any = true;
+      if (&model == first) keep_better(trial);
+    }
+  }
+  const bool is_explained = best && !misses_a_part(*best->model.verdict);
+  if (first != nullptr && !is_explained && wants_more_poles(*first)) {
+    std::optional<Trial> trial = trial_of_more_poles(task, identification, *first);
+    if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
+  }
+  if (first != nullptr && !best && may_saturate(*first)) keep_better(trial_of_saturation(task, identification, *first));
+  if (!any && !best) return;
+  if (best) note_on_models(*best, identification);
+  for (IdentifiedModel& one : identification.models) {
+    ident::Model& model = one.result.model;
+    if (!model.verdict) continue;
+    if (!model.provenance.contains(ident::kGreyBoxHolds) && !ident::explanation(model)) continue;
+    const auto band = model.verdict->usable_band;
+    model.verdict = ident::judge(model, task.acceptance, facts_of(task));
+    model.verdict->usable_band = band;
+  }
+  choose(task, identification);
+  if (!best) return;
+  // What rounds before had found is not why they were tried any more.
+  for (Round& round : identification.rounds) {
+    if (!round.reason.empty()) round.reason = identification.recommendation.reason;
+  }
+}
+
+}  // namespace eha::identify

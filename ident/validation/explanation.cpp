@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/explanation.hpp"
+
+#include <fmt/format.h>
+
+namespace eha::ident {
+namespace {
+
+constexpr const char* kHas = "explained_by";
+constexpr const char* kOptions = "explained_by_options";
+constexpr const char* kRatio = "explained_by_error_ratio";
+
+}  // namespace
+
+void note_explanation(Model& model, const Explanation& explanation) {
+  model.provenance[kHas] = explanation.has;
+  model.provenance[kOptions] = explanation.options;
+  model.provenance[kRatio] = explanation.ratio;
+}
+
+std::optional<Explanation> explanation(const Model& model) {
+  const auto has = model.provenance.find(kHas);
+  const auto options = model.provenance.find(kOptions);
+  const auto ratio = model.provenance.find(kRatio);
+  const auto end = model.provenance.end();
+  if (has == end || options == end || ratio == end) return std::nullopt;
+  return Explanation{has->second, options->second, ratio->second};
+}
+
+void forget_explanation(Model& model) {
+  for (const char* key : {kHas, kOptions, kRatio}) model.provenance.erase(key);
+}
+
+std::string sentence_of(const Explanation& explanation) {
+  if (explanation.options.empty()) {
+    return fmt::format(
+        "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times as "
+        "much on unseen data; record smaller amplitudes, or cut to a part with such (--from, --to).",
+        explanation.has, explanation.ratio);
+  }
+  return fmt::format(
+      "A structure with {} (`eha fit {}`) passes the checks and errs {} times as much on unseen data: fit it; what "
+      "this "
+      "one leaves over is mostly what it lacks of that.",
+      explanation.has, explanation.options, explanation.ratio);
+}
+
+}  // namespace eha::ident

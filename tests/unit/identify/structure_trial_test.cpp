@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A structure that a table lacks is advised only where its fit to the record holds.
+#include "daemon/identify/structure_trial.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "daemon/identify/judging.hpp"
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+#include "tests/unit/identify/made_axis.hpp"
+
+namespace eha::identify {
+namespace {
+
+enum class Map { none, valve };
+
+/// The integrator with a lag, fitted alone. Its residual speaks for friction.
+Identification fitted(const Source& source, Map map) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions structure;
+  structure.name = "integrator_lag";
+  structure.structure = ident::structures::integrator_lag();
+  if (map == Map::valve) structure.structure = ident::structures::behind_valve(structure.structure);
+  task.structures.push_back(structure);
+  return identify(source, task, {}, {});
+}
+
+bool advises_friction(const ident::Model& model) {
+  const std::vector<std::string>& reasons = model.verdict->reasons;
+  return std::any_of(reasons.begin(), reasons.end(),
+                     [](const std::string& reason) { return reason.find("--model friction") != std::string::npos; });
+}
+
+TEST(GreyBoxTrial, AdvisesFrictionWhereItHolds) {
+  for (const int seed : {1, 2}) {
+    const Identification found = fitted(test::made_axis({.friction_V = 0.33, .seed = seed}), Map::valve);
+    const ident::Model& model = found.models.front().result.model;
+    ASSERT_EQ(ident::grey_box_to_try(model, *model.verdict), &ident::friction_kind()) << "seed " << seed;
+    EXPECT_TRUE(advises_friction(model)) << "seed " << seed;
+    EXPECT_EQ(model.provenance.at(ident::kGreyBoxHolds).find("errs 0."), 0U) << "seed " << seed;
+    EXPECT_EQ(found.models.size(), 1U) << "the trial is no model of the answer";
+  }
+}
+
+TEST(GreyBoxTrial, AdvisesNoFrictionForPlay) {
+  int asked = 0;
+  for (int seed = 1; seed <= 4; ++seed) {
+    const Identification found = fitted(test::made_axis({.play_mm = 0.15, .seed = seed}), Map::none);
+    const ident::Model& model = found.models.front().result.model;
+    asked += ident::grey_box_to_try(model, *model.verdict) != nullptr ? 1 : 0;
+    EXPECT_FALSE(advises_friction(model)) << "seed " << seed;
+  }
+  EXPECT_GE(asked, 3) << "the residual must look like friction's";
+}
+
+constexpr double kMadeStep_s = 0.005;
+constexpr Eigen::Index kMadeRows = 4000;
+
+/// Levels that are held 0.1 s.
+Eigen::VectorXd levels(double amplitude, int seed) {
+  ident::PortableDraw draw(static_cast<std::uint64_t>(seed));
+  Eigen::VectorXd input(kMadeRows);
+  for (Eigen::Index k = 0; k < kMadeRows; ++k) {
+    input[k] = k % 20 == 0 ? std::clamp(0.6 * amplitude * draw.normal(), -amplitude, amplitude) : input[k - 1];
+  }
+  return input;
+}
+
+/// A sine whose frequency rises from 0.2 to 16 Hz.
+Eigen::VectorXd chirp() {
+  Eigen::VectorXd input(kMadeRows);
+  const double length_s = kMadeStep_s * static_cast<double>(kMadeRows);
+  for (Eigen::Index k = 0; k < kMadeRows; ++k) {
+    const double t = kMadeStep_s * static_cast<double>(k);
+    input[k] = 2.0 * std::sin(2.0 * std::numbers::pi * (0.2 + 7.9 * t / length_s) * t);
+  }
+  return input;
+}
+
+/// The record of a plant whose input saturates.
+Source record_of(const ident::TransferFunction& plant, const Eigen::VectorXd& input,
+                 double limit = std::numeric_limits<double>::infinity()) {
+  Source source;
+  source.name = "plant.csv";
+  source.record.step_s = kMadeStep_s;
+  source.record.input = input;
+  source.record.input_channel = {"valve", "V"};
+  source.record.output_channel = {"force", "N"};
+  source.record.output = ident::simulate(plant, input.cwiseMax(-limit).cwiseMin(limit), kMadeStep_s);
+  ident::PortableDraw draw(7);
+  const double noise = 0.003 * std::sqrt(source.record.output.squaredNorm() / static_cast<double>(kMadeRows));
+  for (double& y : source.record.output) y += noise * draw.normal();
+  return source;
+}
+
+/// One structure fitted alone.
+ident::Model model_of(const Source& source, const ident::Structure& structure) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions asked;
+  asked.structure = structure;
+  task.structures.push_back(asked);
+  return identify(source, task, {}, {}).models.front().result.model;
+}
+
+/// A lag, an antiresonance at 9 Hz and a resonance at 7 Hz.
+ident::TransferFunction two_masses() {
+  const double antiresonance = 2.0 * std::numbers::pi * 9.0;
+  const double resonance = 2.0 * std::numbers::pi * 7.0;
+  const double b2 = 1.0 / (antiresonance * antiresonance);
+  const double b1 = 0.06 / antiresonance;
+  const double a2 = 1.0 / (resonance * resonance);
+  const double a1 = 0.06 / resonance;
+  const double lag_s = 0.05;
+  return {{{2.0 * b2, 2.0}, {2.0 * b1, 1.0}, {2.0, 0.0}},
+          {{lag_s * a2, 3.0}, {a2 + lag_s * a1, 2.0}, {a1 + lag_s, 1.0}, {1.0, 0.0}},
+          0.0};
+}
+
+TEST(StructureTrial, AdvisesMorePolesWhereTheyDescribeTwoMasses) {
+  for (const Eigen::VectorXd& input : {levels(3.0, 1), chirp()}) {
+    const ident::Model model = model_of(record_of(two_masses(), input), ident::structures::io3(1));
+    const auto explained = ident::explanation(model);
+    ASSERT_TRUE(explained);
+    EXPECT_EQ(explained->options, "--model io --poles 3 --zeros 2");
+    EXPECT_LT(std::stod(explained->ratio), 0.5);
+    ASSERT_FALSE(model.verdict->reasons.empty());
+    EXPECT_NE(model.verdict->reasons.front().find("`eha fit --model io --poles 3 --zeros 2`"), std::string::npos)
+        << model.verdict->reasons.front();
+    EXPECT_FALSE(model.validation->end_stop) << "it stands nowhere";
+    for (const std::string& reason : model.verdict->reasons) {
+      EXPECT_EQ(reason.find("friction"), std::string::npos) << reason;
+      EXPECT_EQ(reason.find("amplitude"), std::string::npos) << reason;
+    }
+  }
+}
+
+TEST(StructureTrial, NamesALimitOfTheInputByItsSize) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  const ident::Model model = model_of(record_of(lag, levels(5.0, 2), 2.0), ident::structures::io1());
+  const auto explained = ident::explanation(model);
+  ASSERT_TRUE(explained);
+  EXPECT_TRUE(explained->options.empty()) << "no structure has it";
+  EXPECT_EQ(explained->has.rfind("+-", 0), 0U) << explained->has;
+  EXPECT_NEAR(std::stod(explained->has.substr(2)), 2.0, 0.25);
+  EXPECT_TRUE(model.verdict->reasons.front().starts_with("The plant saturates beyond about +-"))
+      << model.verdict->reasons.front();
+}
+
+TEST(StructureTrial, AdvisesNothingWhereTheStructureIsThePlants) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  for (const int seed : {3, 4, 5}) {
+    const ident::Model model = model_of(record_of(lag, levels(3.0, seed)), ident::structures::io1());
+    EXPECT_FALSE(ident::explanation(model)) << seed;
+    EXPECT_TRUE(model.verdict->accepted) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace eha::identify
