@@ -264,7 +264,7 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
     const bool is_reason =
         !model.verdict->reasons.empty() && recommendation.reason + "." == model.verdict->reasons.front();
     if (model.name != named && !is_reason && identification.models.size() > 1) continue;
-    const auto explained = ident::explanation(model);
+    const auto explained = ident::explanation_of(model, *model.verdict);
     if (explained && !explained->options.empty()) return fit_of_structure(command, source, explained->options);
     const ident::GreyBoxKind* kind = ident::grey_box_to_advise(model, *model.verdict);
     if (kind != nullptr && (!has_model || written.empty())) {
@@ -314,7 +314,14 @@ std::optional<ExitCode> computed_instead(const config::Tracking&, const FitComma
 /// Says what the recommended model shows of the valve.
 ValveNow valve_by(const Identification& identification, const FitCommand& command, const Source& source,
                   Console& console) {
-  if (source.run_folder && !command.output) return warn_of_changed_valve(*source.run_folder, console);
+  if (source.run_folder && !command.output) {
+    try {
+      return warn_of_changed_valve(*source.run_folder, console);
+    } catch (const Error& error) {  // a sheet beside it that the caller may not read
+      console.debug(error.what());
+      return ValveNow::as_known;
+    }
+  }
   if (source.run_folder && warn_of_leak(*source.run_folder, console, source.units)) return ValveNow::leaks;
   for (const identify::IdentifiedModel& model : identification.models) {
     const bool is_recommended = model.result.model.name == identification.recommendation.model;

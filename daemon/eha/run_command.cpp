@@ -259,7 +259,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     return code;
   } else if (run.only_placed && code == ExitCode::safety_trip) {
     const auto cause = acquisition::to_text(run.report.fault.fault);
-    if (is_of_following(cause) && !hal::moves_machine(rig.backend)) {
+    if (is_of_following(cause) && rig.limits.following && !hal::moves_machine(rig.backend)) {
       console.info(fmt::format(
           "comment [following] out in {} before the next command, which would trip as this one did", rig.file_name));
     }

@@ -246,15 +246,16 @@ bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& 
 /// @param access  to the rig   @param page  of the controller
 std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
                                     const config::ControllerConfig& controller, const suggest::RigAccess& access,
-                                    const std::optional<tune::ExpectedTrip>& trip, bool is_another_valve,
-                                    const fs::path& page) {
+                                    const std::optional<tune::ExpectedTrip>& trip,
+                                    const std::optional<std::string>& valve_first, const fs::path& page) {
   const std::string show = "xdg-open " + shell_word(page.string());
   if (hal::moves_machine(rig.backend)) return {show};
   const std::string on_rig = suggest::track(access, command.output.string());
   const bool is_to_repair = trip && (trip->is_of_leak || command.sheet_run || leak_of(command, model));
   if (is_to_repair) return {show};
-  if (trip || is_another_valve) return {suggest::characterise(access), show};
+  if (trip) return {suggest::characterise(access), show};
   const bool is_own = why_not_of(command, model, rig).empty();
+  if (valve_first && is_own && !command.twin_file) return {*valve_first, show};
   if (!access.is_local) return {on_rig};  // the service checks it with its own rig file
   if (is_own && is_played_on(rig, controller)) return {on_rig};
   if (command.twin_file && is_played_on(config::load_rig(*command.twin_file), controller)) {
@@ -341,10 +342,11 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                                 model.verdict->reasons.front()));
   }
   const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run, console.rig()) : std::nullopt;
-  bool is_another_valve = false;  // than that of [following], with which no trial is played
+  std::optional<std::string> valve_first;  // where the valve is not that of [following], with which no trial is played
   if ((sheet || model.input_map) && !leak_of(command, model)) {  // a leak is said below, with what comes first
-    is_another_valve = warn_if_following_differs(
+    const bool is_another = warn_if_following_differs(
         rig, sheet ? *sheet : valve_of_model(model, command.model_file, std::nullopt, console.rig()), console);
+    if (is_another) valve_first = sheet ? sheet->remedy : suggest::characterise(console.rig());
   }
   tune::TuneInputs inputs;
   tune::Tuned tuned;
@@ -459,7 +461,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
   for (const std::string& step :
-       next_steps(command, model, rig, controller, console.rig(), trip, is_another_valve, page_file))
+       next_steps(command, model, rig, controller, console.rig(), trip, valve_first, page_file))
     console.next_step(step);
   return ExitCode::ok;
 }

@@ -26,24 +26,25 @@ std::string replace_all(std::string text, const std::string& what, const std::st
   return text;
 }
 
-std::string why_not_checked(worker::EndedBy ended_by) {
-  switch (ended_by) {
+std::string why_not_checked(const worker::WorkerEnd& end) {
+  const std::string of_worker = replace_all(end.text, "the identification", "the check");
+  switch (end.ended_by) {
     case worker::EndedBy::wall_time:
       return fmt::format(
           "the check, which has the lowest priority, was not done after {} s: the machine is busy; give the command "
           "again once it is less so",
           Checker::kLongestTime.count());
     case worker::EndedBy::processor_time:
+      if (end.text.find("RLIMIT_CPU") != std::string::npos) return of_worker;
       return fmt::format(
           "the check takes more than {} s of processor time: make the experiment shorter, or give it "
           "fewer tones",
           Checker::kLongestWork.count());
     case worker::EndedBy::signal:
-      return "its process was killed; `journalctl -k` says by whom where memory was short";
     case worker::EndedBy::itself:
       break;
   }
-  return "how its process ended is not known; give the command again";
+  return of_worker;
 }
 
 }  // namespace
@@ -152,7 +153,7 @@ void write_checked_files(const std::filesystem::path& folder, const std::string&
 void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {
   if (end.exit_code == static_cast<int>(ExitCode::ok)) return;
   if (!end.exit_code) {
-    throw IoError(fmt::format("{}: not checked: {}", experiment.name, why_not_checked(end.ended_by)));
+    throw IoError(fmt::format("{}: not checked: {}", experiment.name, why_not_checked(end)));
   }
   std::vector<std::string> lines;
   std::istringstream text(

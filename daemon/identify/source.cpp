@@ -162,6 +162,7 @@ void take_input_as_straight(Source& source) {
   source.record = ident::in_parts(source.record, ident::Intersample::straight);
   source.repetition_samples *= ident::kPartsOfARow;
   source.intersample = ident::Intersample::straight;
+  source.slow_rows.clear();  // an input that moves between the rows is taken so now
 }
 
 std::optional<double> planned_s(const Source& source) {

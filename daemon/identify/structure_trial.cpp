@@ -166,8 +166,11 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
     best_share = share;
     best_base = base_of_last;
   };
-  for (const double share : kClipped) take(share);
-  if (!best) return std::nullopt;
+  for (const double share : kClipped) {
+    if (limit_at(share) < sizes.back()) take(share);
+  }
+  const std::optional<double> over = best ? ident::error_over(*best, best_base->result.model) : std::nullopt;
+  if (!over || *over > kClearlyLess) return std::nullopt;
   bases = {best_base};
   for (const double factor : {1.7, 1.3, 1.1}) {
     const double found = best_share;
@@ -253,6 +256,7 @@ void note_on_models(const Trial& trial, Identification& identification) {
     if (!model.validation->jump && !model.provenance.contains(ident::kGainChanged)) {
       model.provenance.erase(ident::kLongerPart);
     }
+    if (!model.validation->end_stop && !model.validation->jump) model.provenance.erase(ident::kCutOfRecord);
   }
 }
 
@@ -298,9 +302,17 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     std::optional<Trial> trial = trial_of_more_poles(task, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   }
-  if (first != nullptr && !best && may_saturate(*first)) keep_better(trial_of_saturation(task, identification, *first));
+  if (first != nullptr && !best && may_saturate(*first)) {
+    std::optional<Trial> trial = trial_of_saturation(task, identification, *first);
+    if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
+  }
   if (!any && !best) return;
-  if (best) note_on_models(*best, identification);
+  if (best) {
+    note_on_models(*best, identification);
+    // An experiment that was chosen for what the models lack is not the next step any more.
+    identification.next_experiment.reset();
+    std::erase_if(identification.rounds, [](const Round& round) { return round.kind == Round::Kind::experiment; });
+  }
   for (IdentifiedModel& one : identification.models) {
     ident::Model& model = one.result.model;
     if (!model.verdict) continue;

@@ -229,6 +229,8 @@ class Finder {
       if (columns_[i].is_number && !is_taken) free.push_back(i);
     }
     if (free.size() <= static_cast<std::size_t>(std::count(taken.begin(), taken.end(), std::nullopt))) return {};
+    const auto is_named_clock = [](const Hints& hints) { return hints.time > 0; };
+    if (std::any_of(hints_.begin(), hints_.end(), is_named_clock)) return {};
     const auto found = std::find_if(free.begin(), free.end(), [&](std::size_t i) {
       const Hints& hints = hints_[i];
       return hints.time == 0 && hints.input == 0 && hints.output == 0 && !hints.is_temperature &&

@@ -16,6 +16,7 @@ constexpr double kByPastRows = 0.8;  // of it, at most
 constexpr double kLeftBeside = 0.5;  // of what past rows leave over, with the row's own input
 constexpr double kLeastLeft = 0.02;  // of the motions' variance, by past rows
 constexpr double kByNext = 0.15;     // of that, by the input of the next row
+constexpr double kTurned = 0.3;      // of its effect, that of the inputs before, the other way
 
 /// Share of the variance of y that the columns explain beside a constant.
 double share_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
@@ -59,6 +60,9 @@ std::string motion_within_rows(const Eigen::VectorXd& input, const Eigen::Vector
   const double left = 1.0 - share_of(columns.leftCols(7), motion);
   const double by_next = left - (1.0 - share_of(columns, motion));
   if (left < kLeastLeft || by_next < kByNext * left) return {};
+  // A controller that makes the input from the output turns the sign.
+  const Eigen::VectorXd found = columns.colPivHouseholderQr().solve(motion);
+  if (found[7] * (found[1] + found[2] + found[3]) < -kTurned * found[7] * found[7]) return {};
   return fmt::format(
       "the output answers within one row of {:.3g} s: of the motion that all rows before leave open the input of the "
       "next row explains {:.0f} %, as where the input moves between the rows; such rows are too slow to show how the "

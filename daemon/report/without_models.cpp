@@ -2,6 +2,7 @@
 // The box of a run without models: what was found, the figures, what to do.
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <string_view>
 
 #include "core/capitalised.hpp"
@@ -32,15 +33,17 @@ std::string end_of(const Subject& subject, bool is_known) {
 
 /// Ticks that came late, where any did: rows without a reading, and a reason to look at the machine first.
 std::string late_ticks(const Subject& subject) {
-  const ordered_json& counters = subject.part("report", "counters");
-  if (!counters.is_object()) return {};
-  const auto late = counters.value("late", 0);
-  const auto skipped = counters.value("skipped", 0);
+  const auto count = [&](const char* key) {
+    const ordered_json& value = subject.part("report", "counters", key);
+    return value.is_number() ? value.get<std::int64_t>() : 0;
+  };
+  const std::int64_t late = count("late");
+  const std::int64_t skipped = count("skipped");
   if (late + skipped == 0) return {};
   return paragraph(fmt::format(
       "{} of its {} ticks began late, and {} more never ran (rows without a reading): `eha doctor` and `eha latency "
       "--load` say what holds the loop up.",
-      late, counters.value("ticks", 0), skipped));
+      late, count("ticks"), skipped));
 }
 
 /// "The run was stopped at 30.2 s"

@@ -34,12 +34,13 @@ SeenValve seen_until_fault(const TrackResult& played) {
   return seen_valve(until(played.rows.command_V), means(until(played.rows.rod_in), mean_width(tick_s)), tick_s);
 }
 
-/// Why a rod stands under volts that should move it.
-const char* cause_of_standing(const TrackResult& played, const SeenValve& seen, double volts_V) {
+/// Why a rod stands under volts that should move it. @param known_V  half dead band of [following]
+const char* cause_of_standing(const TrackResult& played, const SeenValve& seen, double volts_V, double known_V) {
   if (played.leak) return "the volts make up for the leak";
   const bool is_seen = seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0;
-  if (is_seen && std::abs(volts_V - seen.null_V) <= seen.dead_band_V + config::kSameValve_V) {
-    return "they are within the dead band that the moving rod shows, which [following] does not have";
+  const bool is_wider = is_seen && seen.dead_band_V > known_V;
+  if (is_wider && std::abs(volts_V - seen.null_V) <= seen.dead_band_V + config::kSameValve_V) {
+    return "they are within the dead band that the moving rod shows, which is wider than that of [following]";
   }
   return "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same";
 }
@@ -64,7 +65,7 @@ std::string stood_under_volts(const TrackResult& played, const SeenValve& seen, 
       "it stood at the reference under {:.2f} V, {:.2f} V from the null, which the checks of [following] (dead_band_V "
       "{:.2f} V) take for a motion that is missing: {}",
       unit.factor("in") * (*highest - *lowest), unit.of("in"), volts_V, beyond_V, limits.following->dead_band_V,
-      cause_of_standing(played, seen, volts_V));
+      cause_of_standing(played, seen, volts_V, limits.following->dead_band_V));
 }
 
 }  // namespace

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -27,6 +30,16 @@ std::optional<Explanation> explanation(const Model& model) {
   return Explanation{has->second, options->second, ratio->second};
 }
 
+std::optional<Explanation> explanation_of(const Model& model, const Verdict& verdict) {
+  using Kind = CriterionKind;
+  const bool misses = fails_any(verdict, {Kind::r2, Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise,
+                                          Kind::far_error_over_noise});
+  if (!misses) return std::nullopt;
+  const ErrorCause cause = error_cause(model, verdict);
+  if (cause == ErrorCause::frozen || cause == ErrorCause::slow_rows) return std::nullopt;
+  return explanation(model);
+}
+
 void forget_explanation(Model& model) {
   for (const char* key : {kHas, kOptions, kRatio}) model.provenance.erase(key);
 }
@@ -40,8 +53,7 @@ std::string sentence_of(const Explanation& explanation) {
   }
   return fmt::format(
       "A structure with {} (`eha fit {}`) passes the checks and errs {} times as much on unseen data: fit it; what "
-      "this "
-      "one leaves over is mostly what it lacks of that.",
+      "this one leaves over is mostly what it lacks of that.",
       explanation.has, explanation.options, explanation.ratio);
 }
 

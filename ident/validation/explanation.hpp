@@ -5,6 +5,7 @@
 #include <string>
 
 #include "ident/model/model.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
 
@@ -20,6 +21,9 @@ void note_explanation(Model& model, const Explanation& explanation);
 
 /// None where none was noted.
 [[nodiscard]] std::optional<Explanation> explanation(const Model& model);
+
+/// None where the verdict misses nothing that it explains, or has a cause that lies in the record.
+[[nodiscard]] std::optional<Explanation> explanation_of(const Model& model, const Verdict& verdict);
 
 /// For a model that is judged on another record.
 void forget_explanation(Model& model);

@@ -339,7 +339,7 @@ std::string cause_in_record(const Models& all) {
     if (has_reason(*model) && (is_of_record || is_at_stop)) return first_whole_reason(*model);
   }
   const Model& nearest = *all.front();
-  if (has_reason(nearest) && explanation(nearest)) return first_whole_reason(nearest);
+  if (has_reason(nearest) && explanation_of(nearest, *nearest.verdict)) return first_whole_reason(nearest);
   for (const Model* model : all) {
     if (has_reason(*model) && is_blurred(*model) && !is_accepted(*model)) return first_whole_reason(*model);
   }

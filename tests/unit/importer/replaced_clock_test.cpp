@@ -48,12 +48,12 @@ TEST_F(ImportedFile, SaysThatAPeriodContradictsTheClock) {
 }
 
 TEST_F(ImportedFile, TakesAClockWithoutANameForNeitherInputNorOutputBesideAPeriod) {
-  const auto clock = [](int k) { return fmt::format("{:.1f}", kStep_s * k); };
-  const auto stamps = [](int k) { return fmt::format("{:.3f}", kStep_s * k + 0.03 * std::sin(1.7 * k)); };
+  const auto clock = [](int k) { return fmt::format("{:.1f}", kClockStep_s * k); };
+  const auto stamps = [](int k) { return fmt::format("{:.3f}", kClockStep_s * k + 0.03 * std::sin(1.7 * k)); };
   for (const std::string& file : {rows_of("", clock, itself), rows_of("", stamps, itself),
                                   rows_of(
                                       "", [](int k) { return fmt::format("{}", 100 * k); }, itself)}) {
-    const Imported imported = import_record(write("r.csv", file), {.period_s = kStep_s});
+    const Imported imported = import_record(write("r.csv", file), {.period_s = kClockStep_s});
     EXPECT_NEAR(imported.record.input[1], Rig::volts(1), 1e-4);
     EXPECT_NEAR(imported.record.output[1], Rig::place(1), 1e-4);
     EXPECT_EQ(all(imported.remarks).find("--period takes"), std::string::npos) << all(imported.remarks);
@@ -63,15 +63,15 @@ TEST_F(ImportedFile, TakesAClockWithoutANameForNeitherInputNorOutputBesideAPerio
   EXPECT_NEAR(answered(uneven, refusal_of(uneven)).record.output[1], Rig::place(1), 1e-4);
   // Where a column is left over, the example does not name the clock.
   const auto three = write("three.csv", Rig::rows("", [](int k) {
-                             return fmt::format("{:.1f},{:.4f},{:.4f},{:.4f}", kStep_s * k, Rig::volts(k),
+                             return fmt::format("{:.1f},{:.4f},{:.4f},{:.4f}", kClockStep_s * k, Rig::volts(k),
                                                 Rig::place(k), Rig::place(k + 3));
                            }));
-  const std::string asked = refusal_of(three, {.period_s = kStep_s});
+  const std::string asked = refusal_of(three, {.period_s = kClockStep_s});
   EXPECT_NE(asked.find("--input 2 --output 3`"), std::string::npos) << asked;
   // A ramp is the input where nothing else is.
   const auto ramp =
       write("ramp.csv", Rig::rows("", [](int k) { return fmt::format("{:.2f},{:.4f}", 0.05 * k, Rig::place(k)); }));
-  EXPECT_NEAR(import_record(ramp, {.period_s = kStep_s}).record.input[1], 0.05, 1e-9);
+  EXPECT_NEAR(import_record(ramp, {.period_s = kClockStep_s}).record.input[1], 0.05, 1e-9);
 }
 
 TEST_F(ImportedFile, PutsRowsBehindAGapOfTheClockWhereTheyBelong) {

@@ -75,5 +75,20 @@ TEST(SlowRows, AreTheCauseOfAnErrorOfARodTooWhereTheInputMovesBetweenThem) {
   }
 }
 
+TEST(SlowRows, AreNotTheCauseWhereAControllerMakesTheInputFromTheOutput) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  LoggedRows rows{Eigen::VectorXd(1500), Eigen::VectorXd(1500)};
+  double reference = 0.0;
+  double y = 0.0;
+  for (Eigen::Index k = 0; k < 1500; ++k) {
+    if (k % 200 == 0) reference = normal(random);
+    rows.output[k] = y + 0.005 * normal(random);
+    rows.input[k] = 2.0 * (reference - rows.output[k]);
+    y += 0.05 * 1.2 * rows.input[k];
+  }
+  EXPECT_EQ(motion_within_rows(rows.input, rows.output, 0.05), "");
+}
+
 }  // namespace
 }  // namespace eha::importer

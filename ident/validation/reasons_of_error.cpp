@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the error of a model says of the plant, and what helps.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "ident/fractional/stability.hpp"
+#include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
+#include "ident/search/least_squares.hpp"
+#include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
+#include "ident/validation/first_step.hpp"
+#include "ident/validation/map_error.hpp"
+#include "ident/validation/reasons.hpp"
+#include "ident/validation/slow_pair.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
+namespace eha::ident {
+namespace {
+
+using Kind = CriterionKind;
+
+}  // namespace
+
+std::string Reasons::no_motion() const {
+  return fmt::format(
+      "The sensor shows no motion: the output is plain noise of {} (rms), in which the input has no part; {}.",
+      error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), kAgainstNoMotion);
+}
+
+std::vector<std::string> Reasons::frozen() {
+  about({Kind::r2, Kind::max_abs_error});
+  rejections_.insert(rejections_.begin(), frozen_in_record(model_));
+  return rejections_;
+}
+
+bool Reasons::is_cause_named() const {
+  return cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows || cause_ == ErrorCause::end_stop ||
+         cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise || explanation_;
+}
+
+std::string Reasons::slow_rows() const {
+  std::string text = model_.provenance.at(kSlowRows) + ".";
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+bool Reasons::is_explained(Kind kind) const {
+  const bool is_of_residual =
+      kind == Kind::residual_input || kind == Kind::nonlinearity || kind == Kind::residual_whiteness ||
+      kind == Kind::future_input || kind == Kind::predicted_error || kind == Kind::residual_drift ||
+      kind == Kind::error_over_noise || kind == Kind::far_error_over_noise || kind == Kind::error_over_estimating;
+  if (is_of_residual && (explanation_ || cause_ == ErrorCause::slow_rows)) return true;
+  if (is_cut_advised() && (kind == Kind::residual_whiteness || kind == Kind::predicted_error)) return true;
+  // What the plant makes of its input is no noise either.
+  if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});
+  return kind == Kind::residual_input && fails_any(verdict_, {kind}) && is_rather_nonlinear(model_, verdict_);
+}
+
+bool Reasons::is_cut_advised() const {
+  return cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || !gaps_in_record(model_).empty();
+}
+
+std::string Reasons::cut_of_record() const {
+  const auto cut = model_.provenance.find(kCutOfRecord);
+  return cut == model_.provenance.end() ? "cut that part" : "cut with " + cut->second;
+}
+
+std::string Reasons::beside_the_drift() const {
+  const std::string form = form_without_slow_pair(model_);
+  return form.empty() ? "" : "; beside the drift the plant is about " + form;
+}
+
+std::string Reasons::effect_on_own_record() const {
+  const auto own = model_.provenance.find(kEffectOnOwnRecord);
+  return own == model_.provenance.end() ? std::string() : ", or, as its own record has it, on the " + own->second;
+}
+
+std::string Reasons::better_grey_box() const {
+  const GreyBoxKind* kind = grey_box_to_advise(model_, verdict_);
+  if (kind == nullptr) return {};
+  return fmt::format("fit the structure with {} (`eha fit --model {}`), which {}", kind->effect, kind->name,
+                     model_.provenance.at(kGreyBoxHolds));
+}
+
+std::string_view Reasons::friction_in_the_map() const {
+  const NonlinearKind kind = model_.validation->tests->nonlinearity->kind;
+  if (!model_.input_map || (kind != NonlinearKind::motion && kind != NonlinearKind::direction)) return "";
+  return " The map's half dead band then holds what friction takes, too: `eha characterise` measures the valve's "
+         "alone.";
+}
+
+bool Reasons::answers_in_estimation() const {
+  return model_.estimation && model_.estimation->score.r2_percent >= kNoAnswer_percent;
+}
+
+std::string Reasons::wandering(const Criterion& c) const {
+  return fmt::format(
+      "The output wanders, whatever the input does: the model follows its faster motion, R2 {} %, and all of it "
+      "to {} R2 {} %, below the limit of {:.4g} %; the sensor, the null or the oil's temperature may have "
+      "drifted: check the sensor and its supply, and record again, or fit a part in which it hardly wanders "
+      "(--from, --to).",
+      percent_text(*model_.validation->faster_r2_percent), c.parameter, percent_text(c.value), c.limit);
+}
+
+std::string Reasons::low_r2(const Criterion& c) const {
+  if (cause_ == ErrorCause::white_noise) {
+    return fmt::format(
+        "What is left is plain noise of {} rms, in which the input has no part: the {} R2 of {} % is "
+        "below the limit of {:.4g} %; {}.",
+        error_text(std::sqrt(model_.validation->score.mse), model_.output_unit), c.parameter, percent_text(c.value),
+        c.limit, kAgainstNoise);
+  }
+  return fmt::format("The model does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; {}",
+                     c.parameter, percent_text(c.value), c.limit,
+                     cause_ == ErrorCause::input_noise ? "the noise of the measured input does that."
+                     : explanation_                    ? against_explanation()
+                     : cause_ == ErrorCause::slow_rows ? "record more rows a second."
+                     : is_cause_named()                ? "cut as said above, and fit again."
+                     : !better_grey_box().empty()      ? better_grey_box() + "."
+                     : c.value < kHardlyFollows_percent
+                         ? "look at the record: did the output move because of this input (volts beyond "
+                           "a dead band, supply on, the right columns)?"
+                         : "look at the error over time, and " + remedy() + ".");
+}
+
+std::string Reasons::against_explanation() const {
+  return explanation_->options.empty() ? "record as said above." : "fit that structure.";
+}
+
+std::optional<double> Reasons::measured_noise() const {
+  constexpr double kKnown = 1e-300;
+  if (!model_.validation) return std::nullopt;
+  for (const Criterion& c : verdict_.criteria) {
+    const bool is_over_noise = c.kind == Kind::error_over_noise || c.kind == Kind::far_error_over_noise;
+    if (is_over_noise && c.judged && c.value > kKnown) return std::sqrt(model_.validation->score.mse) / c.value;
+  }
+  return std::nullopt;
+}
+
+std::string Reasons::greater_amplitudes() const {
+  const auto within = model_.provenance.find(kWithinDeadBand);
+  return within == model_.provenance.end() ? std::string() : "record greater amplitudes, as " + within->second;
+}
+
+bool Reasons::may_lack_dead_time() const {
+  if (verdict_.beside_ladder || model_.grey_box || model_.transfer_function.delay_s > 0.0) return false;
+  const bool is_estimated = std::any_of(model_.parameters.begin(), model_.parameters.end(),
+                                        [](const auto& p) { return p.role == ParameterRole::delay && !p.fixed; });
+  return !is_estimated && comes_to_rest(model_);
+}
+
+std::string Reasons::remedy() const {
+  if (!verdict_.explained_by.empty()) {
+    return fmt::format(
+        "{}, which is accepted too, leaves nothing over that the input moves: take it where "
+        "this matters",
+        verdict_.explained_by);
+  }
+  if (may_lack_dead_time()) {
+    return fmt::format("let a dead time be estimated (--delay free){}",
+                       model_.input_map ? "" : ", or try the valve map (--input-map valve)");
+  }
+  if (is_rather_nonlinear(model_, verdict_)) return against_nonlinearity();
+  if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+  if (!better_grey_box().empty()) return better_grey_box();
+  if (noted_shift(model_)) {
+    return "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
+  }
+  if (verdict_.beside_ladder) {
+    return fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
+               ? "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to "
+                 "linear"
+               : "as every structure of the ladder was tried, try more poles (`eha fit --model io --poles 5 --zeros "
+                 "4`)";
+  }
+  return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit` without --model)"
+                                             : "try the valve map (--input-map valve)";
+}
+
+std::string Reasons::against_nonlinearity() const {
+  const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+  const std::string box = better_grey_box().empty() ? std::string() : better_grey_box() + ", or ";
+  if (test.kind == NonlinearKind::motion || test.kind == NonlinearKind::direction) {
+    const auto full = model_.provenance.find(kAtCommandLimit);
+    const std::string larger =
+        full == model_.provenance.end()
+            ? "record larger amplitudes, beside which friction and play are small"
+            : "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second;
+    // Where the rod goes back to a rest.
+    const bool has_spring = box.empty() && !model_.grey_box && comes_to_rest(model_);
+    return has_spring ? larger +
+                            "; no structure here has both friction and a rest to which the output returns (a "
+                            "spring): the structure friction is of a rod that integrates"
+                      : box + larger;
+  }
+  if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls) {
+    return "record smaller amplitudes, below which nothing saturates, or cut to a part with such (--from, --to)";
+  }
+  if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+  if (test.kind == NonlinearKind::position) return box + "record a smaller travel";
+  if (verdict_.beside_ladder || model_.input_map || model_.grey_box) {
+    return box + "record smaller amplitudes, where a plant is nearer to linear";
+  }
+  return "try the valve map (--input-map valve)";
+}
+
+std::string Reasons::where_it_matters() const {
+  if (!model_.validation) return "where the error does not matter";
+  return fmt::format("where an error of {} (rms) does not matter",
+                     error_text(std::sqrt(model_.validation->score.mse), model_.output_unit));
+}
+
+}  // namespace eha::ident
