@@ -41,13 +41,24 @@ TEST(Checker, ReadsTheRehearsalOfACheck) {
   EXPECT_TRUE(rehearsal_of({0, "", "torn"}).is_null());
 }
 
-TEST(Checker, SaysThatACheckWasTooLong) {
-  try {
-    throw_if_failed({std::nullopt, "killed"}, kExperiment, kRig);
-    ADD_FAILURE();
-  } catch (const IoError& error) {
-    EXPECT_NE(std::string(error.what()).find("fewer tones"), std::string::npos);
-  }
+TEST(Checker, SaysWhyACheckWasNotDone) {
+  using worker::EndedBy;
+  const auto said = [](EndedBy ended_by, const char* text) -> std::string {
+    try {
+      throw_if_failed({std::nullopt, text, "", ended_by}, kExperiment, kRig);
+    } catch (const IoError& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_NE(said(EndedBy::processor_time, "").find("fewer tones"), std::string::npos);
+  EXPECT_NE(said(EndedBy::wall_time, "").find("the machine is busy"), std::string::npos);
+  EXPECT_NE(said(EndedBy::signal, "the identification was ended by signal 11 (Segmentation fault)")
+                .find("the check was ended by signal 11"),
+            std::string::npos);
+  EXPECT_NE(said(EndedBy::processor_time, "the identification took more than ehad's RLIMIT_CPU: raise LimitCPU")
+                .find("raise LimitCPU"),
+            std::string::npos);
 }
 
 /// Checks whose processes say that they are on, and end when they may.

@@ -11,6 +11,7 @@
 #include "daemon/identify/designed_experiment.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/improved_experiment.hpp"
+#include "daemon/identify/last_round.hpp"
 #include "daemon/rehearsal/rehearsal.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
@@ -74,6 +75,18 @@ TEST(LongerExperiment, DoublesTheRepetitionsAndKeepsTheRest) {
   const auto six = longer_experiment(source_with(three));
   ASSERT_TRUE(six);
   EXPECT_NE(six->text.find("\nrepetitions = 6  # times\n"), std::string::npos) << six->text;
+}
+
+TEST(LongerExperiment, IsNotOfferedAfterATripWhichItWouldRepeat) {
+  Source source = source_with(kExperiment);
+  const IdentificationTask task = task_with_one_pole(source);
+  Identification whole;
+  end_with_experiment(source, task, {}, whole);
+  EXPECT_TRUE(whole.next_experiment);
+  source.outcome = acquisition::Outcome::faulted;
+  Identification tripped;
+  end_with_experiment(source, task, {}, tripped);
+  EXPECT_FALSE(tripped.next_experiment);
 }
 
 TEST(LongerExperiment, HasTheLengthThatIsAskedFor) {

@@ -97,7 +97,7 @@ TEST(Page, ShowsWhatAnEndedTrialShowed) {
   subject.trial_changes = {"dead band 0.303 V instead of 0.151 V"};
   std::string html = page_of(subject).html;
   EXPECT_NE(html.find("dead band 0.303 V instead of 0.151 V"), std::string::npos);
-  EXPECT_NE(html.find("measures the valve and shows a leak"), std::string::npos);
+  EXPECT_NE(html.find("where its sheet shows a leak"), std::string::npos);
   subject.leak = ident::Leak{0.0171, 0.14};
   html = page_of(subject).html;
   EXPECT_NE(
@@ -264,6 +264,13 @@ TEST(Page, NamesTheDeadBandThatChangedAndNoNullThatDidNot) {
             std::string::npos);
   EXPECT_EQ(typed.find("sheet in its rig file"), std::string::npos) << "nobody made a sheet";
   EXPECT_NE(typed.find("Beside [following] of the rig file"), std::string::npos);
+
+  // Warm oil moves a null a little; not by 0.2 V.
+  (*subject.manifest)["rig"]["following"]["null_V"] = -0.15;
+  EXPECT_EQ(page_of(subject).html.find("says: null"), std::string::npos);
+  (*subject.manifest)["rig"]["following"]["null_V"] = 0.0;
+  EXPECT_NE(page_of(subject).html.find("The rig is not as [following] of its rig file says: null -0.21 V, there 0;"),
+            std::string::npos);
 }
 
 TEST(Page, SaysThatASmallErrorIsNoNoise) {
