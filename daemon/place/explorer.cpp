@@ -10,7 +10,7 @@ namespace {
 using acquisition::Fault;
 
 // Pinned by wrong_scale_campaign_test.cpp: rods of 0.1 to 2 in/(V s) whose scale is wrong by 0.4 to 2.5.
-constexpr double kReturning_in_per_s = 0.09;
+constexpr double kReturning_in_per_s = 0.1;
 constexpr double kInside_in = 0.12;  ///< of explored travel ahead, in which the rod comes back to the slow speed
 constexpr double kExploringFilter_s = 0.05;
 constexpr double kLearntSlowly_s = 3.0;
