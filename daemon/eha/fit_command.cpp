@@ -387,12 +387,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
   });
   console.end_progress();
   const ident::FirstStep first = identify::next_step_of(identification).first;
-  std::string straight;  // the fit with an input that is straight between the rows, where it may be that
+  std::optional<std::string> straight;  // the fit with an input that is so between the rows, where it may be
   if (first != ident::FirstStep::look_at_sensor) {  // what the input does to noise alone is nothing
     straight = importer::command_with(command.import, command.source, "--intersample foh");
-    const auto advice = identify::intersample_advice(source, task, identification, straight);
+    const auto advice = identify::intersample_advice(source, task, identification, *straight);
     if (advice) console.warning(*advice);
-    if (!advice) straight.clear();
+    if (!advice) straight.reset();
   }
   std::vector<fs::path> written = write(identification, command, source);
   const ValveNow valve = valve_by(identification, command, source, console);
@@ -420,7 +420,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
-  if (!straight.empty()) console.next_step(straight);
+  if (straight) console.next_step(*straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
   } else if (valve == ValveNow::changed) {

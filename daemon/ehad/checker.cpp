@@ -27,7 +27,6 @@ std::string replace_all(std::string text, const std::string& what, const std::st
 }
 
 std::string why_not_checked(const worker::WorkerEnd& end) {
-  const std::string of_worker = replace_all(end.text, "the identification", "the check");
   switch (end.ended_by) {
     case worker::EndedBy::wall_time:
       return fmt::format(
@@ -35,16 +34,15 @@ std::string why_not_checked(const worker::WorkerEnd& end) {
           "again once it is less so",
           Checker::kLongestTime.count());
     case worker::EndedBy::processor_time:
-      if (end.text.find("RLIMIT_CPU") != std::string::npos) return of_worker;
       return fmt::format(
-          "the check takes more than {} s of processor time: make the experiment shorter, or give it "
-          "fewer tones",
+          "the check takes more than {} s of processor time: make the experiment shorter, or give it fewer tones",
           Checker::kLongestWork.count());
+    case worker::EndedBy::own_limit:
     case worker::EndedBy::signal:
     case worker::EndedBy::itself:
       break;
   }
-  return of_worker;
+  return replace_all(end.text, "the identification", "the check");
 }
 
 }  // namespace

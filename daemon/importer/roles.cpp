@@ -233,8 +233,7 @@ class Finder {
     if (std::any_of(hints_.begin(), hints_.end(), is_named_clock)) return {};
     const auto found = std::find_if(free.begin(), free.end(), [&](std::size_t i) {
       const Hints& hints = hints_[i];
-      return hints.time == 0 && hints.input == 0 && hints.output == 0 && !hints.is_temperature &&
-             increases_evenly(columns_[i].sample);
+      return hints.input == 0 && hints.output == 0 && !hints.is_temperature && increases_evenly(columns_[i].sample);
     });
     return found == free.end() ? std::nullopt : std::optional(*found);
   }

@@ -102,7 +102,7 @@ std::optional<WorkerEnd> WorkerProcess::poll() {
                        fmt::format("the identification took more than the {} s of processor time that ehad itself has "
                                    "as a hard limit, RLIMIT_CPU, and was ended: raise LimitCPU of its unit",
                                    *own),
-                       "", EndedBy::processor_time};
+                       "", EndedBy::own_limit};
     }
     return WorkerEnd{
         std::nullopt,

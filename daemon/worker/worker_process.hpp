@@ -30,7 +30,13 @@ struct WorkerPrograms {
 };
 
 /// What ended a worker.
-enum class EndedBy { itself, wall_time, processor_time, signal };
+enum class EndedBy {
+  itself,
+  wall_time,
+  processor_time,
+  own_limit,  ///< of processor time, which ehad itself has and which is lower
+  signal
+};
 
 /// The end of a worker.
 struct WorkerEnd {

@@ -1,27 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the error of a model says of the plant, and what helps.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstddef>
-#include <initializer_list>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include "ident/fractional/stability.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
-#include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
-#include "ident/validation/explanation.hpp"
-#include "ident/validation/first_step.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/reasons.hpp"
 #include "ident/validation/slow_pair.hpp"

@@ -56,7 +56,7 @@ TEST(Checker, SaysWhyACheckWasNotDone) {
   EXPECT_NE(said(EndedBy::signal, "the identification was ended by signal 11 (Segmentation fault)")
                 .find("the check was ended by signal 11"),
             std::string::npos);
-  EXPECT_NE(said(EndedBy::processor_time, "the identification took more than ehad's RLIMIT_CPU: raise LimitCPU")
+  EXPECT_NE(said(EndedBy::own_limit, "the identification took more than ehad's RLIMIT_CPU: raise LimitCPU")
                 .find("raise LimitCPU"),
             std::string::npos);
 }
