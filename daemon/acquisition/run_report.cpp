@@ -45,12 +45,11 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
         shown, kAnew);
   }
   return fmt::format(
-      "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; likely, in this order: "
-      "hydraulics off or without pressure, valve unplugged, sensor or its wire off, rod at an end stop (calibration), "
-      "null or dead band of [following] in the rig file wrong, or oil that leaks past the piston (the loop then holds "
-      "the rod by volts): switch on, plug in, see that `eha read` follows the rod; if it does, `eha characterise` "
-      "measures null and dead band; if it trips, too, {3}",
-      factor * moved_in, factor * due_in, length, kAnew);
+      "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
+      "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
+      "rod), oil past the piston; if all is sound, null or dead band of [following] is wrong: `eha characterise` "
+      "measures both; if it trips, too, comment [following] out in the rig file first",
+      factor * moved_in, factor * due_in, length);
 }
 
 std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <vector>
 
+#include "daemon/report/html.hpp"
+
 namespace eha::cli {
 namespace {
 
@@ -49,10 +51,15 @@ std::string equation(const ident::Model& model, double factor, const std::string
   const bool is_one_term = g.numerator.size() == 1;
   const std::string numerator = polynomial(g.numerator, factor);
   const std::string plant = model.grey_box ? std::string(model.grey_box->kind->name) : "G";
-  std::string text = fmt::format("y = {:.5g}{} + {} {}, {}G = {} / ({})", factor * model.initial_output, behind(unit),
-                                 plant, driving_text(model), model.grey_box ? "linear form " : "",
-                                 is_one_term ? numerator : "(" + numerator + ")", polynomial(g.denominator));
+  // What a record does not show is no number to print.
+  const std::string level = report::reaches_its_offset(model)
+                                ? fmt::format("{:.5g}{}", factor * model.initial_output, behind(unit))
+                                : std::string("y0");
+  std::string text = fmt::format("y = {} + {} {}, {}G = {} / ({})", level, plant, driving_text(model),
+                                 model.grey_box ? "linear form " : "", is_one_term ? numerator : "(" + numerator + ")",
+                                 polynomial(g.denominator));
   if (g.delay_s > 0.0) text += fmt::format(" exp(-{:.5g} s)", g.delay_s);
+  if (!report::reaches_its_offset(model)) text += "; y0: a level that the record does not show, changes of y count";
   if (!model.initial_state.empty() && !model.grey_box)
     text += "; beside it the free response of the record's start (initial state x0, ...)";
   return text;

@@ -169,9 +169,24 @@ std::string next_after_trip(std::string_view fault, bool moves_machine, const su
   return is_of_following(fault) && !moves_machine ? suggest::characterise(rig) : suggest::read(rig);
 }
 
+namespace {
+
+constexpr double kMostUnmeasured = 20.0;  // of the rows [%] of a record that a fit is advised for
+
+double unmeasured_percent(const fs::path& folder) {
+  try {
+    return ident::unmeasured_of(record::read_run(folder).record).percent();
+  } catch (const Error&) {
+    return 0.0;
+  }
+}
+
+}  // namespace
+
 std::optional<std::string> fit_of_run(const fs::path& folder) {
   try {
     const identify::Source source = identify::load_source(folder.string(), {}, {}, {});
+    if (source.unmeasured.percent() > kMostUnmeasured) return std::nullopt;
     ident::FitOptions options = identify::task_of(source).options;
     std::string command = "eha fit " + shell_word(folder.string());
     ident::check_record(source.record, options);
@@ -202,7 +217,11 @@ std::string partial_record_text(const fs::path& folder) {
   if (!has_rows(folder)) {
     return fmt::format("the run ended before its first row; {} has its log alone", folder.string());
   }
-  return fmt::format("{}; it is too short to fit, `eha plot {}` shows it", place, shell_word(folder.string()));
+  const double unmeasured = unmeasured_percent(folder);
+  const std::string why = unmeasured > kMostUnmeasured
+                              ? fmt::format("{:.0f} % of its rows were not measured, it is not worth a fit", unmeasured)
+                              : std::string("it is too short to fit");
+  return fmt::format("{}; {}, `eha plot {}` shows it", place, why, shell_word(folder.string()));
 }
 
 std::string kept_record_text(const fs::path& folder) {

@@ -132,7 +132,7 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
   const Json worker = status.value("worker", Json());
   const std::int64_t fitted = worker.is_object() ? worker.value("entry", experiment) : experiment;
   if (fitted == experiment) {
-    console_.progress(1.0, "fitting");
+    console_.show_run(name_of(entry, experiment) + " " + progress_text(entry));
   } else if (const std::string reason = fmt::format("the fit of {}", fitted); reason != reason_) {
     console_.info(fmt::format("{} is recorded and waits for {}", name_of(entry, experiment), reason));
     reason_ = reason;

@@ -58,7 +58,8 @@ std::string estimate_or(const Model& model, ident::ParameterRole role, double va
                                       : ident::with_interval(*at, ident::half_width_sign(model, "±"));
 }
 
-/// Whether the level at which a free response ends is known better than ten times the largest error.
+}  // namespace
+
 bool reaches_its_offset(const Model& model) {
   constexpr double kErrors = 10.0;
   if (!model.estimation) return true;
@@ -68,8 +69,6 @@ bool reaches_its_offset(const Model& model) {
     return p.role == ident::ParameterRole::initial_output && !p.fixed && p.upper95 - p.lower95 > 2.0 * kErrors * error;
   });
 }
-
-}  // namespace
 
 std::string escaped(std::string_view text) { return escaped_html(text); }
 
@@ -140,13 +139,14 @@ std::string equation(const Model& model) {
     html += fmt::format("<br>input bias {:.4g} {}", model.input_bias, input_unit);
   }
   const std::string output_unit = escaped(model.output_unit);
-  if (model.initial_state.empty()) {
+  if (model.initial_state.empty() && reaches_its_offset(model)) {
     return html + fmt::format("<br>initial output {:.5g} {}</p>\n", model.initial_output, output_unit);
   }
   // The offset lies where the free response ends, which may be long after the record, and far from where the output can
   // be.
   if (!reaches_its_offset(model)) {
-    return html + "<br>a free response whose end the record does not show</p>\n";
+    return html + (model.initial_state.empty() ? "<br>a level that the record does not show: changes of the output count</p>\n"
+                                               : "<br>a free response whose end the record does not show</p>\n");
   }
   return html + fmt::format("<br>a free response that ends at {} {}</p>\n",
                             estimate_or(model, ident::ParameterRole::initial_output, model.initial_output),

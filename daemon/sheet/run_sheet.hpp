@@ -52,6 +52,8 @@ class RowsMissing : public DataError {
 struct SheetRow {
   std::string name;
   std::string value;
+  std::string in_rig_file = {};  ///< what [following] of the rig file, as used, says of it; empty: nothing
+  bool is_as_there = true;       ///< that lies within the interval
 };
 
 /// The quantities of the sheet with their intervals or "not observed", in the unit of length for people.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -111,17 +112,22 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
   gain.rules.push_back({.at = -3.0, .vertical = false});
   phase.rules.push_back({.at = -90.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
+  double highest_Hz = 0.0;
+  for (const ident::AmplitudeResponse& response : sheet.responses) {
+    if (!response.points.empty()) highest_Hz = std::max(highest_Hz, response.points.back().frequency_Hz);
+  }
   item.remark.seen = fmt::format(
       "Measured up to {:.2f} Hz; the slew limit ends it. The gain is relative to the lowest frequency of each "
       "amplitude, which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so "
       "far: -3 dB and -90 deg.",
-      sheet.highest_Hz);
+      highest_Hz);
   item.remark.good = "Curves of all amplitudes together, falling smoothly.";
   item.remark.to_do = "The response above the last frequency was not measured: do not rely on it.";
   return item;
 }
 
-report::Item response_table(const ident::ValveSheet& sheet) {
+/// The measured points; nothing without any.
+std::optional<report::Item> response_table(const ident::ValveSheet& sheet) {
   std::vector<std::vector<std::string>> rows;
   for (const ident::AmplitudeResponse& response : sheet.responses) {
     for (const ident::ResponsePoint& p : response.points) {
@@ -130,29 +136,32 @@ report::Item response_table(const ident::ValveSheet& sheet) {
                       fmt::format("{:.1f}", p.phase_deg), fmt::format("{:.1f}", p.phase_half_width_deg)});
     }
   }
-  return {.heading = "Measured points",
-          .html = report::table({{"amplitude [%]", Column::number},
-                                 {"frequency [Hz]", Column::number},
-                                 {"gain [dB]", Column::number},
-                                 {"± 95 %", Column::number},
-                                 {"phase [deg]", Column::number},
-                                 {"± 95 %", Column::number}},
-                                rows)};
+  if (rows.empty()) return std::nullopt;
+  return report::Item{.heading = "Measured points",
+                      .html = report::table({{"amplitude [%]", Column::number},
+                                             {"frequency [Hz]", Column::number},
+                                             {"gain [dB]", Column::number},
+                                             {"± 95 %", Column::number},
+                                             {"phase [deg]", Column::number},
+                                             {"± 95 %", Column::number}},
+                                            rows)};
 }
 
 /// The quantities as a table, in a box.
 std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
+  std::vector<report::TableColumn> columns{{"quantity"}, {"value, ± half a 95 % interval"}};
+  if (run.rig.limits.following) columns.push_back({"by [following] as used, without its margins"});
   for (const SheetRow& row : sheet_rows(run, unit)) {
     std::string value = row.value;
     for (std::size_t at = value.find("+-"); at != std::string::npos; at = value.find("+-")) value.replace(at, 2, "±");
     rows.push_back({row.name, std::move(value)});
+    if (columns.size() > 2) rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", another value"));
   }
   const std::string warning = warning_of(run, unit);
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", warning.empty() ? "some" : "none",
                      ident::leak_of(run.sheet) ? "The rig leaks" : "What was measured") +
-         (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) +
-         report::table({{"quantity"}, {"value, ± half a 95 % interval"}}, rows) +
+         (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) + report::table(columns, rows) +
          report::paragraph(next_of(run, run.access)) + "</section>\n";
 }
 
@@ -168,7 +177,7 @@ std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector
   statics.items.push_back(flow_curve(run, unit));
   report::Section dynamics{.title = "Dynamic"};
   dynamics.items.push_back(responses_of(run.sheet));
-  dynamics.items.push_back(response_table(run.sheet));
+  if (auto points = response_table(run.sheet)) dynamics.items.push_back(std::move(*points));
   report::Section files{.title = "For the files"};
   files.items.push_back({.heading = "Rig file", .html = preformatted(rig_lines(run))});
   files.items.push_back({.heading = "Experiment file", .html = preformatted(experiment_lines(run))});

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
 
+#include "config/valve_estimate.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 
@@ -22,6 +24,13 @@ std::string with_interval(const Measured& measured, double factor, int digits, c
   return fmt::format("{:.{}f} +- {:.{}f}{}{}", factor * measured.value, digits, factor * measured.half_width, digits,
                      unit.empty() ? "" : " ", unit);
 }
+
+/// How a quantity is shown: times the factor, with so many digits after the point.
+struct Scale {
+  double factor = 1.0;
+  int digits = 0;
+  std::string unit;
+};
 
 /// The ratio of two values whose errors are independent.
 Measured ratio_of(const Measured& a, const Measured& b) {
@@ -58,13 +67,27 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
   const ident::ValveSheet& sheet = run.sheet;
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");
-  const std::string gain_unit = length + "/(V s)";
   std::vector<SheetRow> rows;
   const auto add = [&](const char* name, const std::string& value) { rows.push_back({name, value}); };
-  add("null", with_interval(sheet.null_V, 1.0, 4, "V"));
-  add("half dead band", with_interval(sheet.dead_band_V, 1.0, 4, "V"));
-  add("velocity gain extending", with_interval(sheet.gain_positive_in_per_V_s, factor, 5, gain_unit));
-  add("velocity gain retracting", with_interval(sheet.gain_negative_in_per_V_s, factor, 5, gain_unit));
+  std::optional<config::ValveEstimate> there;
+  if (run.rig.limits.following) there = config::valve_estimate(*run.rig.limits.following);
+  const auto add_beside = [&](const char* name, const Measured& measured, double config::ValveEstimate::*of_file,
+                              const Scale& scale) {
+    SheetRow row{name, with_interval(measured, scale.factor, scale.digits, scale.unit)};
+    if (there) {
+      row.in_rig_file = fmt::format("{:.{}f} {}", scale.factor * (*there).*of_file, scale.digits, scale.unit);
+      row.is_as_there = std::abs((*there).*of_file - measured.value) <= measured.half_width;
+    }
+    rows.push_back(std::move(row));
+  };
+  const Scale volts{1.0, 4, "V"};
+  const Scale gain{factor, 5, length + "/(V s)"};
+  add_beside("null", sheet.null_V, &config::ValveEstimate::null_V, volts);
+  add_beside("half dead band", sheet.dead_band_V, &config::ValveEstimate::dead_band_V, volts);
+  add_beside("velocity gain extending", sheet.gain_positive_in_per_V_s,
+             &config::ValveEstimate::gain_positive_in_per_V_s, gain);
+  add_beside("velocity gain retracting", sheet.gain_negative_in_per_V_s,
+             &config::ValveEstimate::gain_negative_in_per_V_s, gain);
   add("retracting / extending",
       with_interval(ratio_of(sheet.gain_negative_in_per_V_s, sheet.gain_positive_in_per_V_s), 1.0, 3, ""));
   add("hysteresis", sheet.has_hysteresis
@@ -75,7 +98,8 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
                                         : "not observed: the dead band is too narrow");
   add("sensor noise, rms", fmt::format("{:.5f} {}", factor * sheet.noise_in, length));
   for (const ident::AmplitudeResponse& response : sheet.responses) add_response(rows, response);
-  const std::string unseen = fmt::format("not observed up to {:.2f} Hz", sheet.highest_Hz);
+  const std::string unseen = sheet.highest_Hz > 0.0 ? fmt::format("not observed up to {:.2f} Hz", sheet.highest_Hz)
+                                                    : std::string("not observed: too few sines were measured");
   add("natural frequency",
       sheet.natural_frequency_Hz ? with_interval(*sheet.natural_frequency_Hz, 1.0, 2, "Hz") : unseen);
   add("damping ratio", sheet.damping_ratio ? with_interval(*sheet.damping_ratio, 1.0, 2, "") : unseen);
@@ -85,7 +109,10 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
 
 std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   std::string text = fmt::format("valve sheet of \"{}\"; +- is half a 95 % interval\n", run.rig.name);
-  for (const SheetRow& row : sheet_rows(run, unit)) text += fmt::format("  {:<26} {}\n", row.name, row.value);
+  for (const SheetRow& row : sheet_rows(run, unit)) {
+    text += fmt::format("  {:<26} {}\n", row.name, row.value);
+    if (!row.is_as_there) text += fmt::format("  {:<26} (by the rig file {})\n", "", row.in_rig_file);
+  }
   return text;
 }
 

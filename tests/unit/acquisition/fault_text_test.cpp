@@ -21,10 +21,10 @@ bool holds(const std::string& text, const char* part) { return text.find(part) !
 
 TEST(FaultText, SaysOfARodThatStandsWhatWasDueAndNamesTheHydraulicsFirst) {
   const std::string text = text_of(0.0002, 0.0034);
-  EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; likely, in this order: hydraulics off"))
+  EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; look, in this order: hydraulics on"))
       << text;
   EXPECT_FALSE(holds(text, "other way")) << text;
-  EXPECT_TRUE(holds(text, "`eha characterise` measures null and dead band")) << text;
+  EXPECT_TRUE(holds(text, "`eha characterise` measures both")) << text;
   EXPECT_TRUE(holds(text, "if it trips, too, comment [following] out")) << text;
 }
 
@@ -35,7 +35,7 @@ TEST(FaultText, NamesTheNullFirstWhereTheRodMovedTheOtherWay) {
                     "likely, in this order: the null of [following] in the rig file is wrong, the sign of valve or "
                     "sensor is"))
       << text;
-  EXPECT_FALSE(holds(text, "hydraulics off")) << text;
+  EXPECT_FALSE(holds(text, "hydraulics")) << text;
   EXPECT_TRUE(holds(text, "comment [following] out")) << text;
 }
 
@@ -47,7 +47,7 @@ TEST(FaultText, PrintsNoDistanceBelowTheNoiseOfASensor) {
 
 TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
   const std::string text = text_of(-0.0004, 0.0031);
-  EXPECT_TRUE(holds(text, "hydraulics off")) << text;
+  EXPECT_TRUE(holds(text, "hydraulics on")) << text;
   EXPECT_FALSE(holds(text, "other way")) << text;
 }
 

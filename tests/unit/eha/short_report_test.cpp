@@ -42,6 +42,24 @@ TEST(ShortReport, LeadsWithTheRecommendedModel) {
   EXPECT_EQ(short_report(answer_with("none"), {}).rfind("recommended     none\n", 0), 0U);
 }
 
+TEST(ShortReport, PrintsNoLevelThatTheRecordDoesNotShow) {
+  Answer answer = answer_with("");
+  ident::Model& model = answer.models[0];
+  model.initial_output = -209'000.0;
+  model.estimation->score.error_min = -0.03;
+  model.estimation->score.error_max = 0.03;
+  ident::ParameterEstimate level{.name = "initial_output", .value = model.initial_output};
+  level.role = ident::ParameterRole::initial_output;
+  level.lower95 = -209'000.1;
+  level.upper95 = -208'999.9;
+  model.parameters.push_back(level);
+  EXPECT_NE(short_report(answer, {}).find("y = -2.09e+05"), std::string::npos);
+  model.parameters.back().lower95 = -5e5;
+  const std::string text = short_report(answer, {});
+  EXPECT_NE(text.find("y = y0 + "), std::string::npos) << text;
+  EXPECT_EQ(text.find("2.09e+05"), std::string::npos) << text;
+}
+
 TEST(ShortReport, WithAllReasonsPromisesNoMore) {
   Answer answer = answer_with("");
   std::vector<std::string>& reasons = answer.models[0].verdict->reasons;

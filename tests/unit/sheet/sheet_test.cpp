@@ -53,6 +53,37 @@ TEST(ValveSheetText, FitsAnOrdinaryTerminalAndSaysWhatWasNotObserved) {
   EXPECT_NE(sheet_text(example(), DisplayUnit("mm")).find("3.81000 +- 0.03810 mm/(V s)"), std::string::npos);
 }
 
+TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
+  RunSheet run = example();
+  run.rig.limits.following->null_V = -0.2;
+  run.rig.limits.following->dead_band_V = 0.155 + config::kDeadBandSpare_V;
+  std::string text = sheet_text(run, DisplayUnit("in"));
+  EXPECT_NE(text.find("-0.2100 +- 0.0060 V\n                             (by the rig file -0.2000 V)\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("0.1600 +- 0.0070 V\n"), std::string::npos) << text;
+  std::vector<std::string> missing;
+  const std::string html = sheet_page(run, DisplayUnit("in"), missing);
+  EXPECT_NE(html.find("-0.2000 V, another value"), std::string::npos);
+  EXPECT_NE(html.find(">0.1550 V<"), std::string::npos);
+  run.rig.limits.following.reset();
+  text = sheet_text(run, DisplayUnit("in"));
+  EXPECT_EQ(text.find("rig file"), std::string::npos) << text;
+  EXPECT_EQ(sheet_page(run, DisplayUnit("in"), missing).find("by [following] as used"), std::string::npos);
+}
+
+TEST(ValveSheetText, NamesNoFrequencyWhereNoneWasMeasured) {
+  RunSheet run = example();
+  run.sheet.responses.clear();
+  run.sheet.highest_Hz = 0.0;
+  const std::string text = sheet_text(run, DisplayUnit("in"));
+  EXPECT_EQ(text.find("0.00 Hz"), std::string::npos) << text;
+  std::vector<std::string> missing;
+  const std::string html = sheet_page(run, DisplayUnit("in"), missing);
+  EXPECT_EQ(html.find("0.00 Hz"), std::string::npos);
+  EXPECT_EQ(html.find("Measured points"), std::string::npos) << "a table without rows";
+}
+
 TEST(ValveSheetText, ClaimsHysteresisThatThereIs) {
   RunSheet run = example();
   run.sheet.hysteresis_V = {0.045, 0.004};
