@@ -337,6 +337,38 @@ bool has_tripped_by_readings(const Source& source) {
   return cause && cause->is_of_sensor;
 }
 
+struct Answered {
+  IdentificationTask task;
+  Identification identification;
+  std::optional<std::string> straight = {};  ///< the fit with an input that is so between the rows, where it may be
+};
+
+/// Identifies. Where a file's rows show clearly that its input is straight between them, the source's becomes so.
+Answered answer(const FitCommand& command, Source& source, Console& console) {
+  const auto of_task = [&](const IdentificationTask& task) {
+    Identification found = as_asked_for(command, [&] {
+      return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
+    });
+    console.end_progress();
+    return found;
+  };
+  const IdentificationTask task = task_for(command, source);
+  Identification held = of_task(task);
+  // What the input does to noise alone is nothing.
+  if (identify::next_step_of(held).first == ident::FirstStep::look_at_sensor) return {task, std::move(held)};
+  const auto between = identify::input_between_rows(source, task, held);
+  if (between && between->is_straight && !command.record.intersample) {
+    console.info(fmt::format("{}: it is taken so (--intersample zoh: as held)", between->seen));
+    identify::take_input_as_straight(source);
+    const IdentificationTask straight = task_for(command, source);
+    return {straight, of_task(straight)};
+  }
+  if (!between) return {task, std::move(held)};
+  std::string straight = importer::command_with(command.import, command.source, "--intersample foh");
+  console.warning(identify::advice_of(*between, straight));
+  return {task, std::move(held), std::move(straight)};
+}
+
 }  // namespace
 
 ExitCode execute(const FitCommand& command, Console& console) {
@@ -382,18 +414,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   require_own_folder(command, source);
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
-  const Identification identification = as_asked_for(command, [&] {
-    return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
-  });
-  console.end_progress();
+  const Answered answered = answer(command, source, console);
+  const Identification& identification = answered.identification;
   const ident::FirstStep first = identify::next_step_of(identification).first;
-  std::optional<std::string> straight;  // the fit with an input that is so between the rows, where it may be
-  if (first != ident::FirstStep::look_at_sensor) {  // what the input does to noise alone is nothing
-    straight = importer::command_with(command.import, command.source, "--intersample foh");
-    const auto advice = identify::intersample_advice(source, task, identification, *straight);
-    if (advice) console.warning(*advice);
-    if (!advice) straight.reset();
-  }
   std::vector<fs::path> written = write(identification, command, source);
   const ValveNow valve = valve_by(identification, command, source, console);
   if (source.run_folder && !command.output && !console.quiet()) {
@@ -410,7 +433,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (const auto other = identify::exchanged_fit(source, task, identification)) {
+  if (const auto other = identify::exchanged_fit(source, answered.task, identification)) {
     console.warning(fmt::format(
         "input and output may be exchanged: no model passes its checks, and the other way round {} has a validation R2 "
         "of {:.1f} %",
@@ -420,7 +443,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(command, source, identification);
   if (cut) console.next_step(*cut);
-  if (straight) console.next_step(*straight);
+  if (answered.straight) console.next_step(*answered.straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
   } else if (valve == ValveNow::changed) {

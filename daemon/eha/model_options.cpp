@@ -229,9 +229,11 @@ void add_record_options(CLI::App& app, RecordOptions& record) {
 }
 
 void add_intersample_option(CLI::App& app, std::optional<ident::Intersample>& intersample) {
-  add_choice(app, "--intersample", intersample, kIntersample,
-             "The input of a file between its rows: zoh, held as a controller's output; foh, in straight lines as a "
-             "signal that was sampled (default: as a given model was estimated, else zoh)");
+  add_choice(
+      app, "--intersample", intersample, kIntersample,
+      "The input of a file between its rows: zoh, held as a controller's output; foh, in straight lines as a "
+      "signal that was sampled (default: as a given model was estimated, else zoh; `eha fit`: as the record shows "
+      "clearly)");
 }
 
 std::string intersample_words(const std::optional<ident::Intersample>& given) {

@@ -19,9 +19,10 @@ constexpr double kWorthAsking = 0.005;  // movement within half a row, share of 
 constexpr double kClearly = 20.0;       // of AR-BIC
 constexpr Eigen::Index kMostRows = 1'000'000;
 
-constexpr double kRepeats = 0.1;  // of the rows, from which on an input is a staircase
-constexpr double kMuch = 0.1;     // movement within half a row that matters whatever a model takes up
-constexpr double kFalls = 0.98;   // of the error, at most, to be told as a fall
+constexpr double kRepeats = 0.1;   // of the rows, from which on an input is a staircase
+constexpr double kMuch = 0.1;      // movement within half a row that matters whatever a model takes up
+constexpr double kFalls = 0.98;    // of the error, at most, to be told as a fall
+constexpr double kFarFalls = 0.7;  // the same, which leaves half of what was left over to the rows' halves
 
 /// Whether so many rows repeat the input of the row before that it is a controller's staircase, sampled off its edges:
 /// a signal that moves as much repeats none.
@@ -130,8 +131,8 @@ std::string undecided(const ident::Model& model, double half_row_s) {
 
 }  // namespace
 
-std::optional<std::string> intersample_advice(const Source& source, const IdentificationTask& task,
-                                              const Identification& identification, const std::string& command) {
+std::optional<BetweenRows> input_between_rows(const Source& source, const IdentificationTask& task,
+                                              const Identification& identification) {
   if (source.run_folder || source.intersample != ident::Intersample::held) return {};
   if (source.record.input.size() > kMostRows) return {};
   const double movement = ident::movement_within_half_a_row(source.record.input);
@@ -158,6 +159,9 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
                                      [&](const ident::Model& m) { return is_better(m, steps); });
     const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string unit = ident::after_number(source.record.output_channel.unit);
+    const std::string moves = fmt::format(
+        "within half a row the input moves by {} % of its spread, and it was taken as held between the rows",
+        ident::figure_text(100.0 * movement));
     std::string gain;
     if (is_better(lines, steps, kClearly) && error(lines) < kFalls * error(steps)) {
       gain = fmt::format("the error of {} falls from {:.3g} to {:.3g}{} (rms)", held->structure.name, error(steps),
@@ -170,19 +174,24 @@ std::optional<std::string> intersample_advice(const Source& source, const Identi
           held->structure.name, error(steps));
     } else if ((movement > kMuch || half_a_row_shows(held->result.model, 0.5 * source.record.step_s)) &&
                !is_better(steps, smooth, kClearly)) {
-      return fmt::format(
-          "within half a row the input moves by {} % of its spread, and it was taken as held between the rows, as a "
-          "controller holds it; if it is a signal that was sampled, which the record does not rule out, {}: `{}`",
-          ident::figure_text(100.0 * movement), undecided(held->result.model, 0.5 * source.record.step_s), command);
+      return BetweenRows{.seen = moves, .undecided = undecided(held->result.model, 0.5 * source.record.step_s)};
     }
     if (gain.empty()) return {};
-    return fmt::format(
-        "within half a row the input moves by {} % of its spread, and it was taken as held between the rows: taken "
-        "as straight lines, {}; if it is a signal that was sampled and not the staircase of a controller: `{}`",
-        ident::figure_text(100.0 * movement), gain, command);
+    return BetweenRows{.seen = fmt::format("{}: taken as straight lines, {}", moves, gain),
+                       .is_straight = is_better(lines, steps, kClearly) && error(lines) < kFarFalls * error(steps)};
   } catch (const DataError&) {
     return {};
   }
+}
+
+std::string advice_of(const BetweenRows& found, const std::string& command) {
+  if (found.undecided.empty()) {
+    return fmt::format("{}; if it is a signal that was sampled and not the staircase of a controller: `{}`", found.seen,
+                       command);
+  }
+  return fmt::format(
+      "{}, as a controller holds it; if it is a signal that was sampled, which the record does not rule out, {}: `{}`",
+      found.seen, found.undecided, command);
 }
 
 }  // namespace eha::identify

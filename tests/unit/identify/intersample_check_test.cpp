@@ -50,8 +50,8 @@ std::string advice_on(const Source& source, ident::Freedom delay = ident::Freedo
   structure.structure = ident::structures::io({1, 0});
   structure.structure.delay.freedom = delay;
   task.structures.push_back(structure);
-  return intersample_advice(source, task, identify(source, task, {}, {}), "eha fit rows.csv --intersample foh")
-      .value_or("");
+  const auto found = input_between_rows(source, task, identify(source, task, {}, {}));
+  return found ? advice_of(*found, "eha fit rows.csv --intersample foh") : std::string();
 }
 
 TEST(IntersampleAdvice, OffersStraightLinesForASignalThatWasSampled) {
