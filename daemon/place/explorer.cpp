@@ -106,8 +106,15 @@ double Explorer::voltage_V(const hal::RigReading& last) noexcept {
   return command_V_;
 }
 
+double Explorer::pulsed_about_V() const noexcept {
+  const std::size_t other = direction_ > 0.0 ? 1 : 0;
+  if (slow_s_[other] < kKnownSlowly_s) return safe_V_;
+  return direction_ > 0.0 ? std::max(safe_V_, slow_V_[other]) : std::min(safe_V_, slow_V_[other]);
+}
+
 void Explorer::probe(double place_in) noexcept {
-  command_V_ = safe_V_ + probe_.offset_V(place_in);
+  const double about_V = pulsed_about_V();
+  command_V_ = about_V + probe_.offset_V(place_in);
   elapsed_s_ += period_s_;
   switch (probe_.result()) {
     case Probe::Result::none:
@@ -122,7 +129,7 @@ void Explorer::probe(double place_in) noexcept {
       trip(Fault::unexplained_motion, probe_.moved_in(), probe_.least_in());
       return;
     case Probe::Result::seen:
-      seen_V_[direction_ > 0.0 ? 0 : 1] = probe_.seen_V();
+      seen_V_[direction_ > 0.0 ? 0 : 1] = direction_ * (about_V - safe_V_) + probe_.seen_V();
       break;
     case Probe::Result::drifts:
       seen_V_[direction_ > 0.0 ? 0 : 1] = most_V_;

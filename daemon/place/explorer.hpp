@@ -65,6 +65,9 @@ class Explorer {
   void begin_leg() noexcept;
   void filter(double place_in) noexcept;
   void drive() noexcept;
+  /// The command that the pulses of a direction are about [V]: the safe voltage, or the other direction's slow one
+  /// where the safe voltage drives the rod faster that way.
+  [[nodiscard]] double pulsed_about_V() const noexcept;
   void probe(double place_in) noexcept;
   /// Whether the command is one that has moved the rod in the leg's direction before.
   [[nodiscard]] bool is_motion_due() const noexcept;

@@ -8,21 +8,21 @@
 namespace eha::place {
 
 /// Finds out whether the sensor shows the rod of an unknown valve move, by pulses of the command about the safe
-/// voltage. Each is a triangle of 4 half ranges a second, at most 20 V/s, greater by half than the one before, up to
-/// what an Explorer may command, at most 1.5 V; the last is held for 0.06 s. Where the slew limit is lower, a pulse
-/// has a lower peak and the same volt-seconds. No pulse has more than 0.2025 V s, at any range, slew limit and tick;
-/// under 5 V/s the last one has what reaches 1 V, at most 0.3 V s. After each comes one the other way of half its area,
-/// at most 0.101 V s, or of what lets a pulse that was seen be repeated; the sum of all is at most 0.36 V s before the
-/// rod is seen twice: an unseen rod of 2 in/(V s) is moved by some 0.7 in, and its mean motion is in the asked
-/// direction. Two pulses the other way in a row that move the rod, or one after a pulse that was seen, show that the
-/// sensor is alive and the valve's null not in the middle: then the pulses go on to 0.5 V s.
-/// Compared are the means of the readings before and after a pulse, less the drift, each over 0.2 s or as long as the
-/// pulse. A pulse ends when it moves the rod by 0.006 in. Motion counts where it is at least 0.002 in, six of its
-/// standard deviations and what the change of the drift over the pulse explains. One change of a reading shows nothing:
-/// the same pulse must be seen again after one the other way, by half as much at least. Then lesser ones are tried
-/// until one is not seen, as the pressure may have come late, up to three more halve the way between, and the least one
-/// must be seen once more. While the reading changes by more than 0.03 in/s the means are taken again until it rests or
-/// three changes agree.
+/// voltage, or another at which the rod rests or drifts slowly. Each is a triangle of 4 half ranges a second, at most
+/// 20 V/s, greater by half than the one before, up to what an Explorer may command, at most 1.5 V; the last is held for
+/// 0.06 s. Where the slew limit is lower, a pulse has a lower peak and the same volt-seconds. No pulse has more than
+/// 0.2025 V s, at any range, slew limit and tick; under 5 V/s the last one has what reaches 1 V, at most 0.3 V s. After
+/// each comes one the other way of half its area, at most 0.101 V s, or of what lets a pulse that was seen be repeated;
+/// the sum of all is at most 0.36 V s before the rod is seen twice: an unseen rod of 2 in/(V s) is moved by some 0.7
+/// in, and its mean motion is in the asked direction. Two pulses the other way in a row that move the rod, or one after
+/// a pulse that was seen, show that the sensor is alive and the valve's null not in the middle: then the pulses go on
+/// to 0.5 V s. Compared are the means of the readings before and after a pulse, less the drift, each over 0.2 s or as
+/// long as the pulse. A pulse ends when it moves the rod by 0.006 in. Motion counts where it is at least 0.002 in, six
+/// of its standard deviations and what the change of the drift over the pulse explains. One change of a reading shows
+/// nothing: the same pulse must be seen again after one the other way, by half as much at least. Then lesser ones are
+/// tried until one is not seen, as the pressure may have come late, up to three more halve the way between, and the
+/// least one must be seen once more. While the reading changes by more than 0.03 in/s the means are taken again until
+/// it rests or three changes agree.
 ///   seen       motion in the asked direction, twice
 ///   drifts     the same of a rod that moves steadily without a pulse, too
 ///   unseen     no pulse did that: the sensor is dead, the valve closed or without pressure

@@ -20,7 +20,8 @@ constexpr double kWindow_in = 1.6;
 struct Exploration {
   acquisition::Breach breach;
   Explored explored;
-  double fastest_new_in_per_s = 0.0;  ///< over 0.1 s, in travel where the rod had not been
+  double fastest_new_in_per_s = 0.0;       ///< over 0.1 s, in travel where the rod had not been
+  double fastest_outwards_in_per_s = 0.0;  ///< over 1 s, beyond the window
   double time_s = 0.0;
 };
 
@@ -37,6 +38,7 @@ Exploration exploration(hal::SimOptions options, double factor) {
   double lowest_in = options.initial_displacement_in;
   double highest_in = lowest_in;
   double before_in = lowest_in;
+  double second_before_in = lowest_in;
   for (int k = 0; !explorer.is_done() && explorer.breach().fault == acquisition::Fault::none; ++k) {
     rig->read(static_cast<std::int64_t>(k) * 1'000'000, reading);
     const double true_in = reading.displacement_in;
@@ -47,6 +49,13 @@ Exploration exploration(hal::SimOptions options, double factor) {
       lowest_in = std::min(lowest_in, true_in);
       highest_in = std::max(highest_in, true_in);
       before_in = true_in;
+    }
+    if (k % 1000 == 0) {
+      const double outwards_in = std::abs(true_in - 2.95) - std::abs(second_before_in - 2.95);
+      if (std::abs(factor * (true_in - 2.95)) > kWindow_in) {
+        result.fastest_outwards_in_per_s = std::max(result.fastest_outwards_in_per_s, outwards_in);
+      }
+      second_before_in = true_in;
     }
     reading.displacement_in = 2.95 + factor * (true_in - 2.95);
     rig->command(explorer.voltage_V(reading), applied);
@@ -79,6 +88,17 @@ TEST(Explorer, EndsWhereTheRodStandsAtAnEndStopThatAWrongScaleHides) {
     EXPECT_EQ(result.breach.fault, acquisition::Fault::no_motion) << start_in;
     EXPECT_LT(result.fastest_new_in_per_s, 0.12) << start_in << ": a pulse, over 0.01 in";
   }
+}
+
+TEST(Explorer, TurnsSlowlyWhereTheSafeVoltageDrivesTheRodOn) {
+  hal::SimOptions options;
+  options.valve_rated_flow_L_per_min = 10.0;
+  options.valve_null_offset_V = 0.2;  // 0 V extends the rod
+  options.valve_dead_band_V = 0.11;
+  const Exploration result = exploration(options, 0.62);
+  EXPECT_GT(result.explored.highest_in, 2.95 + kWindow_in);
+  EXPECT_GT(result.fastest_outwards_in_per_s, 0.02);
+  EXPECT_LT(result.fastest_outwards_in_per_s, 0.07) << "0.028 in/s as measured";
 }
 
 TEST(Explorer, EndsWhenTheRodMovesTheWrongWay) {
