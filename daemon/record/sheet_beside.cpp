@@ -17,12 +17,27 @@ namespace eha::record {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// What tells a rig from another one: copies of a rig file have one name. Its limits and [following] change, and of a
+/// simulated one the start, the seed and the sensor's noise.
+nlohmann::ordered_json rig_of(const fs::path& run) {
+  const nlohmann::ordered_json other = read_manifest(run).other;
+  const auto rig = other.find("rig");
+  nlohmann::ordered_json known;
+  if (rig == other.end() || !rig->is_object()) return known;
+  for (const char* key : {"name", "calibration", "sim"}) known[key] = rig->value(key, nlohmann::ordered_json());
+  if (known["sim"].is_object()) {
+    for (const char* key : {"initial_displacement_in", "seed", "sensor_noise_V"}) known["sim"].erase(key);
+  }
+  return known;
+}
+
+}  // namespace
+
 std::optional<fs::path> newest_sheet_run(const fs::path& run) {
-  const auto rig_of = [](const fs::path& folder) {
-    return read_manifest(folder).other.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string());
-  };
   std::error_code ignored;
-  const std::string rig = rig_of(run);
+  const nlohmann::ordered_json rig = rig_of(run);
   const std::vector<fs::path> runs = list_runs(fs::canonical(run, ignored).parent_path());
   const auto sheet = std::find_if(runs.rbegin(), runs.rend(), [&](const fs::path& one) {
     return fs::is_regular_file(one / kSheetFile, ignored) && rig_of(one) == rig;

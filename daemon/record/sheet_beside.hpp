@@ -15,7 +15,8 @@ namespace eha::record {
 /// Name of a valve sheet in the run folder of a characterisation.
 inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 
-/// Returns the newest run of [characterise] on the same rig beside a run, or the run itself; none without one.
+/// Returns the newest run of [characterise] on the same rig beside a run, or the run itself; none without one. A rig is
+/// the same by its name, its calibration and, of a simulated one, its plant.
 /// @throws DataError, IoError, PermissionError  as read_manifest() and list_runs()
 [[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
 
