@@ -79,7 +79,8 @@ std::optional<PieceRemark> piece_remark(const IdentificationTask& task) {
   const auto moves = ident::excited_band(task.record.input.segment(first, estimating), step_s);
   if (!moves) return {};
   const double estimating_s = static_cast<double>(estimating) * step_s;
-  const double periods = estimating_s * moves->highest_Hz;
+  // The tones of an experiment are known, however small the fast ones are.
+  const double periods = estimating_s * (task.excited ? *task.excited : *moves).highest_Hz;
   if (periods >= kFewestPeriods) return {};
   if (const Eigen::VectorXd& input = task.record.input; moves_once(input)) {
     return PieceRemark{fmt::format(
