@@ -48,7 +48,8 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
       "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
       "rod), oil past the piston; if all is sound, null or dead band of [following] is wrong: `eha characterise` "
-      "measures both; if it trips, too, comment [following] out in the rig file first",
+      "measures both; if it trips, too, comment [following] out in the rig file first (where ehad runs: eha disarm, "
+      "eha reload, eha arm)",
       factor * moved_in, factor * due_in, length);
 }
 
@@ -127,13 +128,14 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::not_following:
       return fmt::format(
           "the rod moved {0:.3f} {2} less than the command must have moved it, the limit is {1:.3f} {2}; likely, in "
-          "this order: hydraulics off, valve unplugged, sensor or its wire off, [following] of the rig file out of "
-          "date, as after a change of the valve: switch on, plug in, see that `eha read` follows the rod",
+          "this order: hydraulics off, valve unplugged, sensor or its wire off, a leak, [following] of the rig file, "
+          "where it has one, out of date: switch on, plug in, see that `eha read` follows the rod",
           shown_value, shown_limit, length);
     case Fault::unexplained_motion:
       return fmt::format(
-          "the sensor shows {0:.3f} {2} of motion that the command cannot have made, the limit is {1:.3f} {2}; check "
-          "the sign and wiring of sensor and valve, then [following] in the rig file",
+          "the sensor shows {0:.3f} {2} of motion that the command cannot have made, the limit is {1:.3f} {2}: the "
+          "wrong way, by sign or wiring of sensor or valve, or farther than [following] of the rig file has it, by "
+          "more flow or a load; `eha plot` of the run shows which",
           shown_value, shown_limit, length);
     case Fault::enable_contact:
       return fmt::format(
@@ -147,6 +149,12 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::no_motion:
       return describe_no_motion(value, limit, unit);
     case Fault::not_in_place:
+      if (value < limit) {
+        return fmt::format(
+            "the rod was {0:.3f} {1} from its place at the time-out, near enough, but did not rest: {2}, or rod and "
+            "valve swing; look at the sensor's supply, cable, shield and earth (`eha read` shows its noise)",
+            shown_value, length, kReadingJumps);
+      }
       return fmt::format(
           "the rod was still {0:.3f} {2} from its place at the time-out, {1:.3f} {2} are allowed; look at [following] "
           "in the rig file",

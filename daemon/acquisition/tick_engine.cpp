@@ -117,6 +117,8 @@ TickRecord TickEngine::skipped_row(std::uint32_t sequence, std::int64_t schedule
     } else {
       row.state = State::ramp_out;
     }
+  } else if (row.state == State::ramp_in) {
+    row.requested_V = requested_V(sequence);  // a source counts its time by the ticks
   }
   row.applied_V = applied_.applied_V;
   row.command_code = applied_.code;

@@ -28,4 +28,12 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
       rig_file);
 }
 
+std::string way_out_without_following(std::string_view fault) {
+  if (!fault.starts_with(acquisition::to_text(acquisition::Fault::not_following))) return {};
+  return "without [following] volts more than 0.75 V from 0 must move the rod. If rod, sensor and hydraulics are "
+         "sound, "
+         "null or dead band of this valve reach farther: write estimates of them into [following] (see FOLLOWING in "
+         "eha-rig(5)), then measure again";
+}
+
 }  // namespace eha::cli

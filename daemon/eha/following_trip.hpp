@@ -11,4 +11,7 @@ namespace eha::cli {
 /// @param fault  its name, such as "no_motion", or a sentence that begins with it
 [[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file);
 
+/// The same of a rig file without [following], where the valve's edges may lie beyond what its rule allows.
+[[nodiscard]] std::string way_out_without_following(std::string_view fault);
+
 }  // namespace eha::cli

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/following_warning.hpp"
@@ -21,6 +22,7 @@
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/report.hpp"
@@ -165,8 +167,10 @@ bool is_of_following(std::string_view fault) {
   return std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
 }
 
-std::string next_after_trip(std::string_view fault, bool moves_machine, const suggest::RigAccess& rig) {
-  return is_of_following(fault) && !moves_machine ? suggest::characterise(rig) : suggest::read(rig);
+std::string next_after_trip(std::string_view description, bool moves_machine, const suggest::RigAccess& rig) {
+  const bool scatters = description.find(acquisition::kReadingJumps) != std::string_view::npos;
+  return is_of_following(fault_name(description)) && !moves_machine && !scatters ? suggest::characterise(rig)
+                                                                                 : suggest::read(rig);
 }
 
 namespace {
@@ -239,7 +243,8 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   const nlohmann::ordered_json other = record::read_manifest(folder).other;
   const nlohmann::ordered_json::json_pointer place("/identification/recommendation/model");
   if (!other.contains(place) || !other.at(place).is_string()) return std::nullopt;  // null: none is recommended
-  const fs::path file = folder / record::kModelsFolder / (other.at(place).get<std::string>() + ".json");
+  const fs::path file = record::listed_file(
+      folder, (fs::path(record::kModelsFolder) / (other.at(place).get<std::string>() + ".json")).string());
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   return file;

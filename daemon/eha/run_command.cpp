@@ -222,8 +222,10 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   }
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
-  if (characterises && rig.limits.following) {
-    const std::string way_out = way_out_of_following(acquisition::describe(run.report, unit), rig.file_name);
+  if (characterises) {
+    const std::string end = acquisition::describe(run.report, unit);
+    const std::string way_out =
+        rig.limits.following ? way_out_of_following(end, rig.file_name) : way_out_without_following(end);
     if (!way_out.empty()) console.info(way_out);
   }
   if (experiment.played() != nullptr) explain_trip(folder, console);
@@ -258,12 +260,8 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (remedy) {
     return code;
   } else if (run.only_placed && code == ExitCode::safety_trip) {
-    const auto cause = acquisition::to_text(run.report.fault.fault);
-    if (is_of_following(cause) && rig.limits.following && !hal::moves_machine(rig.backend)) {
-      console.info(fmt::format(
-          "comment [following] out in {} before the next command, which would trip as this one did", rig.file_name));
-    }
-    console.next_step(next_after_trip(cause, hal::moves_machine(rig.backend), console.rig()));
+    console.next_step(
+        next_after_trip(acquisition::describe(run.report, unit), hal::moves_machine(rig.backend), console.rig()));
   } else if (characterises && code == ExitCode::safety_trip) {
     console.next_step(suggest::read(console.rig()));
   } else if (has_page) {

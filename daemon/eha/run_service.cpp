@@ -112,10 +112,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   if (code != ExitCode::ok && !note.empty()) {
     console.error(!folder.empty() && shows_its_cause(folder) ? record::without_remedy(note) : note);
   }
-  if (code == ExitCode::safety_trip && rig.value("characterised", false) &&
-      purpose_of(folder, console) == record::Purpose::valve_sheet) {
-    if (const std::string way_out = way_out_of_following(note, rig.value("file", "")); !way_out.empty())
-      console.info(way_out);
+  if (code == ExitCode::safety_trip && purpose_of(folder, console) == record::Purpose::valve_sheet) {
+    const std::string way_out = rig.value("characterised", false) ? way_out_of_following(note, rig.value("file", ""))
+                                                                  : way_out_without_following(note);
+    if (!way_out.empty()) console.info(way_out);
   }
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;

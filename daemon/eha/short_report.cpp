@@ -18,6 +18,7 @@
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "ident/model/engineering_form.hpp"
@@ -359,7 +360,7 @@ Answer answer_of_run(const std::filesystem::path& folder, const record::Manifest
   if (!manifest.identification) return answer;
   const record::IdentificationEntry& entry = *manifest.identification;
   for (const record::ModelEntry& model : entry.models) {
-    const std::filesystem::path file = folder / model.file;
+    const std::filesystem::path file = record::listed_file(folder, model.file);
     answer.models.push_back(ident::model_from_text(os::read_file(file), file.string()));
   }
   if (entry.paper_procedure) {

@@ -134,15 +134,16 @@ std::optional<ident::Leak> leak_of(const TuneCommand& command, const ident::Mode
   return run ? record::leak_beside(*run) : std::nullopt;
 }
 
-/// Finds the rig file: the named one, or that of the run which the model is from. The default one counts instead if it
-/// is of the same rig: limits and [following] may have changed since, and the loop runs with them as they are now.
+/// Finds the rig file: the named one, or that of the run which the model is from: the file itself as it is now, else
+/// the default one, where that is of the same rig. Limits and [following] may have changed since, and the loop runs
+/// with them as they are now.
 fs::path rig_path(const TuneCommand& command, const ident::Model& model, const Console& console) {
   if (command.rig_file) return *command.rig_file;
   const std::optional<fs::path> run = run_of(command, model);
   if (!run) return load_rig_or_default(std::nullopt).file_name;
   try {
     const config::RigConfig before = rig_of(*run);
-    const config::RigConfig now = load_rig_or_default(std::nullopt);
+    const config::RigConfig now = load_rig_or_default(rig_file_of(*run));
     if (!is_one_rig(before, now) || before.text == now.text) return *run;
     console.info(fmt::format("the limits are those of {} as it is now, not those of {}; --rig names another file",
                              now.file_name, run->string()));
@@ -297,7 +298,7 @@ std::vector<std::string> plant_sentences(const TuneCommand& command, const ident
         unknown.empty() ? "" : fmt::format("; nothing shows that the model is of that rig: {}", unknown)));
   } else if (unknown.empty()) {
     sentences.push_back(fmt::format(
-        "Promised for: the simulated rig {}, on which the model was recorded. It is its own twin, so that the promise "
+        "Promised for: the simulated rig of {}, of which the model is. It is its own twin, so that the promise "
         "knows its oil, load and friction; that of a machine is wider.",
         rig_file.string()));
   } else {

@@ -41,17 +41,25 @@ hal::SimOptions twin_of(const std::string& file) {
   return *sim;
 }
 
+std::optional<std::string> rig_file_of(const fs::path& run) {
+  std::error_code ignored;
+  try {
+    const record::Manifest manifest = record::read_manifest(run);
+    const nlohmann::ordered_json::json_pointer place("/rig/file");
+    if (!manifest.other.contains(place) || !manifest.other.at(place).is_string()) return std::nullopt;
+    auto file = manifest.other.at(place).get<std::string>();
+    if (!fs::is_regular_file(file, ignored)) return std::nullopt;
+    return file;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
 std::string rig_name_of(const fs::path& file_or_run) {
   std::error_code ignored;
   if (!fs::is_directory(file_or_run, ignored)) return rig_name(file_or_run);
-  try {
-    const record::Manifest manifest = record::read_manifest(file_or_run);
-    const nlohmann::ordered_json::json_pointer place("/rig/file");
-    if (!manifest.other.contains(place) || !manifest.other.at(place).is_string()) return {};
-    return rig_name(manifest.other.at(place).get<std::string>());
-  } catch (const Error&) {
-    return {};
-  }
+  const auto file = rig_file_of(file_or_run);
+  return file ? rig_name(*file) : std::string();
 }
 
 }  // namespace eha::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "config/rig_config.hpp"
@@ -19,6 +20,9 @@ namespace eha::cli {
 
 /// The simulated rig of a rig file. @throws UsageError  it drives a machine; as config::load_rig()
 [[nodiscard]] hal::SimOptions twin_of(const std::string& file);
+
+/// The rig file of a run, where it still is; none in a damaged run.
+[[nodiscard]] std::optional<std::string> rig_file_of(const std::filesystem::path& run);
 
 /// The name of a rig file, or of a run's, for --rig, as rig_name().
 [[nodiscard]] std::string rig_name_of(const std::filesystem::path& file_or_run);

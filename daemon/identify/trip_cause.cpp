@@ -22,6 +22,7 @@ constexpr double kDriftShare = 0.5;  // of the way to the limit that the drift m
 constexpr double kSlowShare = 0.5;   // of the velocity limit: a rod this slow did not exceed it
 constexpr double kSurelyWithin_in = 0.05;
 constexpr double kSameOffset_V = 0.02;
+constexpr double kHardlyTrips = 0.05;  // share of the rehearsed rods
 constexpr Eigen::Index kFewestForTrip = 10;
 
 /// Standard deviation of a reading, from the second differences of a rod that moves smoothly.
@@ -89,7 +90,8 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
     const std::optional<Rehearsal> rehearsal = rehearse(experiment, rig, y[0]);
     TripCause cause{.speed_in_per_s = drift->rate_in_per_s,
                     .offset_V = drift->offset_V,
-                    .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt};
+                    .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt,
+                    .is_other_valve = rehearsal && rehearsal->chance_of_trip < kHardlyTrips};
     // One number for one drift.
     if (cause.offset_V && cause.rehearsed_V && std::abs(*cause.rehearsed_V - *cause.offset_V) <= kSameOffset_V) {
       cause.offset_V = cause.rehearsed_V;
@@ -110,6 +112,12 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
         factor * std::abs(cause.speed_in_per_s), in, factor * cause.noise_in, in, remedy_of(cause));
   }
   std::string text = fmt::format("the rod drifted at {:+.4f} {}/s into the limit", factor * cause.speed_in_per_s, in);
+  if (cause.is_other_valve) {
+    return text +
+           ", where rods with the valve of [following] stay clear of it: the valve is another one now, the rig "
+           "leaks, or its supply has changed: " +
+           remedy_of(cause);
+  }
   if (!cause.offset_V) return text + ", and no offset_V within the command limits stops that: " + remedy_of(cause);
   text += fmt::format("; offset_V = {:.3f} stops that", *cause.offset_V);
   if (cause.rehearsed_V && *cause.rehearsed_V != *cause.offset_V) {
@@ -126,6 +134,7 @@ std::string remedy_of(const TripCause& cause) {
     return "look at the sensor's supply, cable, shield and earth (`eha read` shows its noise), or put a low-pass "
            "filter of some 100 Hz before the card's input";
   }
+  if (cause.is_other_valve) return "`eha characterise` measures the valve of today, and shows a leak";
   if (cause.offset_V) {
     return fmt::format("set offset_V = {:.3f} in [excitation] of the experiment file, or add [hold]", *cause.offset_V);
   }

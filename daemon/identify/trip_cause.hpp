@@ -16,6 +16,7 @@ struct TripCause {
   double noise_in = 0.0;                   ///< standard deviation of a reading
   std::optional<double> offset_V = {};     ///< that stops the drift; none within the command limits
   std::optional<double> rehearsed_V = {};  ///< the same by [following] alone, as the rehearsal has it
+  bool is_other_valve = false;             ///< rods with the valve of [following] stay clear of the limits
 };
 
 /// @returns none for another fault, a run without [following], and one whose excitation is too large

@@ -63,7 +63,6 @@ double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
     start_in_ = position_in;
     filtered_in_ = position_in;
   }
-  last_in_ = position_in;
   const double velocity_in_per_s = (position_in - filtered_in_) / kVelocityFilter_s;
   filtered_in_ += period_s_ / kVelocityFilter_s * (position_in - filtered_in_);
   steady_in_per_s_ += period_s_ / kVelocityFilter_s * (velocity_in_per_s - steady_in_per_s_);
@@ -88,11 +87,12 @@ double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
 double PlaceController::way_in() const noexcept { return std::abs(target_in_ - start_in_); }
 
 acquisition::Breach PlaceController::failure() const noexcept {
-  const double moved_in = (last_in_ - start_in_) * (target_in_ >= start_in_ ? 1.0 : -1.0);
+  // A reading that scatters says nothing by its last value.
+  const double moved_in = (filtered_in_ - start_in_) * (target_in_ >= start_in_ ? 1.0 : -1.0);
   if (moved_in < kLeastShareOfWay * way_in() && way_in() > kTolerance_in) {
     return {acquisition::Fault::no_motion, moved_in, way_in()};
   }
-  return {acquisition::Fault::not_in_place, std::abs(target_in_ - last_in_), kTolerance_in};
+  return {acquisition::Fault::not_in_place, std::abs(target_in_ - filtered_in_), kTolerance_in};
 }
 
 }  // namespace eha::place

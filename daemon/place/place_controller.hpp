@@ -53,7 +53,6 @@ class PlaceController {
   double bias_V_;
   bool has_begun_ = false;
   double start_in_ = 0.0;
-  double last_in_ = 0.0;
   double filtered_in_ = 0.0;
   double steady_in_per_s_ = 0.0;  ///< the velocity filtered once more: a noisy sensor's rod can be seen to rest
   double settled_s_ = 0.0;

@@ -29,4 +29,22 @@ void require_no_link_of_others(const std::filesystem::path& path) {
                               one_line(os::shown(path))));
 }
 
+std::filesystem::path listed_file(const std::filesystem::path& folder, const std::string& name) {
+  const std::filesystem::path named(name);
+  std::filesystem::path file = folder;
+  for (const std::filesystem::path& part : named) {
+    if (named.is_absolute() || part == "..") {
+      throw DataError(fmt::format("{}: names the file {}, which is not in this folder: it may be any of yours",
+                                  one_line(os::shown(folder)), one_line(name)));
+    }
+    file /= part;
+    require_no_link(file);
+  }
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) {
+    throw DataError(fmt::format("{}: a folder, a device or a pipe, where a file is read", one_line(os::shown(file))));
+  }
+  return file;
+}
+
 }  // namespace eha::record

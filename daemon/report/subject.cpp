@@ -43,7 +43,7 @@ ReportedModel read_model(const fs::path& path, const std::string& shown) {
 void read_tables(const fs::path& folder, Subject& subject) {
   std::error_code ignored;
   for (const std::string_view name : {identify::kFitFile, identify::kPaperFitFile, identify::kFrequencyResponseFile}) {
-    record::require_no_link(folder / name);
+    static_cast<void>(record::listed_file(folder, std::string(name)));
   }
   if (const fs::path path = folder / identify::kFitFile; fs::exists(path, ignored)) {
     subject.fit = identify::read_fit_table(path);
@@ -206,9 +206,9 @@ Subject load_run(const record::OpenRun& run) {
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :
        record::models_from_json(subject.part("identification", "models"), subject.name)) {
-    record::require_no_link(folder / entry.file);
-    if (fs::exists(folder / entry.file, ignored)) {
-      subject.models.push_back(read_model(folder / entry.file, entry.file));
+    const fs::path file = record::listed_file(folder, entry.file);
+    if (fs::exists(file, ignored)) {
+      subject.models.push_back(read_model(file, entry.file));
     } else {
       subject.notes.push_back(fmt::format("{} is listed in run.json and missing", entry.file));
     }
@@ -239,7 +239,7 @@ Subject load_run(const record::OpenRun& run) {
       subject.notes.push_back(
           fmt::format("There is no {}: `eha fit {}` writes it", identify::kFitFile, shell_word(run.path().string())));
     }
-    for (const char* name : {kTrackRows, kTrackFile}) record::require_no_link(folder / name);
+    for (const char* name : {kTrackRows, kTrackFile}) static_cast<void>(record::listed_file(folder, name));
     try {
       take_record();
       read_ended_trial(folder / kTrackFile, subject);

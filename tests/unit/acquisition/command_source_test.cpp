@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "daemon/acquisition/run.hpp"
+#include "hal/faults/fault_rig.hpp"
 #include "tests/unit/acquisition/fake_rig.hpp"
 #include "tests/unit/acquisition/play.hpp"
 
@@ -28,6 +29,37 @@ class Approach final : public CommandSource {
   double target_in_;
   double gain_V_per_in_;
 };
+
+/// Waits for so many calls before its rows.
+class Waiting final : public CommandSource {
+ public:
+  explicit Waiting(int calls) : left_(calls) {}
+  [[nodiscard]] Stage stage() const noexcept override { return left_ > 0 ? Stage::preparing : Stage::playing; }
+  [[nodiscard]] std::uint32_t rows() const noexcept override { return 100; }
+  [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return 100; }
+  [[nodiscard]] double voltage_V(std::uint32_t, const hal::RigReading&) noexcept override {
+    --left_;
+    return 0.0;
+  }
+
+ private:
+  int left_;
+};
+
+TEST(Run, LetsASourceCountItsTimeAlsoWhereTicksNeverRan) {
+  const auto ticks_of = [](double stall_s) {
+    FakeRig fake;
+    Play play;
+    hal::FaultRig rig(fake, {{.kind = hal::FaultKind::slow_read, .first_tick = 120, .ticks = 1, .amount = stall_s}},
+                      [&](std::int64_t duration_ns) { play.clock.advance(duration_ns); });
+    Waiting waiting(300);
+    play.on(rig, waiting);
+    EXPECT_EQ(play.report.outcome, Outcome::completed) << describe(play.report);
+    EXPECT_EQ(play.report.counters.skipped, stall_s > 0.001 ? 3U : 0U);
+    return play.count(State::ramp_in);
+  };
+  EXPECT_EQ(ticks_of(0.0042), ticks_of(0.0));
+}
 
 TEST(Run, LetsASourceAnswerToTheLastReading) {
   FakeRig rig;
