@@ -52,6 +52,21 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
 }
 
+TEST(Rehearsal, ThatPromisedOtherwiseShowsAnotherRig) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::size_t leak = rig.find("leakage_cm3_per_s_per_bar");
+  ASSERT_NE(leak, std::string::npos);
+  rig.replace(leak, rig.find('\n', leak) - leak, "leakage_cm3_per_s_per_bar = 0.3");
+  folder.write("leaky.toml", rig);
+  const Ended tripped = run_eha(
+      {"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig", "leaky.toml"}, folder.path());
+  EXPECT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
+  EXPECT_NE(tripped.err.find("stay clear of it: the valve is another one now, the rig leaks"), std::string::npos)
+      << tripped.err;
+  EXPECT_EQ(tripped.err.find("lower the amplitudes, or add"), std::string::npos) << tripped.err;
+}
+
 TEST(Rehearsal, NamesNoRemedyThatIsThereAndHowNearTheStartIsToTheLimit) {
   const TemporaryFolder folder;
   std::string text = kDrifts;

@@ -21,8 +21,7 @@ bool holds(const std::string& text, const char* part) { return text.find(part) !
 
 TEST(FaultText, SaysOfARodThatStandsWhatWasDueAndNamesTheHydraulicsFirst) {
   const std::string text = text_of(0.0002, 0.0034);
-  EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; look, in this order: hydraulics on"))
-      << text;
+  EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; look, in this order: hydraulics on")) << text;
   EXPECT_FALSE(holds(text, "other way")) << text;
   EXPECT_TRUE(holds(text, "`eha characterise` measures both")) << text;
   EXPECT_TRUE(holds(text, "if it trips, too, comment [following] out")) << text;
@@ -49,6 +48,19 @@ TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
   const std::string text = text_of(-0.0004, 0.0031);
   EXPECT_TRUE(holds(text, "hydraulics on")) << text;
   EXPECT_FALSE(holds(text, "other way")) << text;
+}
+
+TEST(FaultText, BlamesNoTableForAReadingThatScattersAboutItsPlace) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.fault = {.fault = Fault::not_in_place, .at_ns = 120'000'000'000, .value = 0.005, .limit = 0.02};
+  const std::string text = describe(report, DisplayUnit());
+  EXPECT_TRUE(holds(text, "0.005 in from its place at the time-out, near enough, but did not rest")) << text;
+  EXPECT_TRUE(holds(text, kReadingJumps.data())) << text;
+  EXPECT_FALSE(holds(text, "[following]")) << text;
+  report.fault.value = 0.3;
+  EXPECT_TRUE(holds(describe(report, DisplayUnit()), "look at [following]"));
 }
 
 TEST(FaultText, BlamesTheSensorForASpeedThatNoRodHas) {
