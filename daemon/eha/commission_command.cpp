@@ -227,6 +227,11 @@ class Commissioning {
     std::vector<std::string> words{"characterise", "-o", measured_file().string()};
     if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
     auto [sheet, code] = session_.drive(std::move(words));
+    if (code == ExitCode::safety_trip && rig_.limits.following) {
+      throw Stopped{code, fmt::format("the valve was not measured; if rod, sensor and hydraulics are sound, comment "
+                                      "[following] out in {}, then {}",
+                                      command_.rig_file, anew_elsewhere(command_))};
+    }
     require(code, "the valve was not measured");
     state_.finish("sheet", std::move(sheet));
   }
