@@ -61,8 +61,8 @@ constexpr double kRangeOfUnmeasured_in = 0.025;
 constexpr double kSpread = 3.7;  // mean range of so many normal readings over their standard deviation
 
 constexpr const char* kChangedNumber =
-    "following.measured_check does not fit: a measured number of [following] was changed after `eha characterise` "
-    "wrote it; put the lines of the sheet into the file again, or measure anew";
+    "following.measured_check does not fit: a measured number of [following] was changed after its measurement; put "
+    "the lines of the sheet into the file again, or measure anew (`eha characterise`)";
 
 constexpr const char* kMeasureIt =
     "measure it (`eha characterise`, or the same with the run of an earlier one) and take its lines with "
