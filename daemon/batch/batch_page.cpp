@@ -123,14 +123,14 @@ std::string records_table(const Table& table) {
                     std::move(figures.error), std::move(figures.form), names_apart(row), std::move(missing)});
   }
   using report::Column;
-  return report::table({{"record"},
-                        {"source", Column::wide_text},
-                        {"recommended"},
+  return report::table({{"record", Column::name},
+                        {"source", Column::name},
+                        {"recommended", Column::name},
                         {"grade"},
                         {"fit on unseen data, %", Column::number},
                         {"largest error", Column::number},
                         {"in figures", Column::wide_text},
-                        {"apart in"},
+                        {"apart in", Column::name},
                         {"why no model, or not compared", Column::wide_text}},
                        rows);
 }

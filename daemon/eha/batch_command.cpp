@@ -19,6 +19,7 @@
 #include "core/terminal_text.hpp"
 #include "daemon/batch/batch_folder.hpp"
 #include "daemon/batch/batch_page.hpp"
+#include "daemon/batch/next_command.hpp"
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/run_records.hpp"
 #include "daemon/batch/table.hpp"
@@ -215,7 +216,8 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(stored));
   console.print(text);
-  if (table.missing > 0) console.next_step("eha batch merge PART... -o " + shell_word(folder.path().string()));
+  console.next_step(table.missing > 0 ? "eha batch merge PART... -o " + shell_word(folder.path().string())
+                                      : batch::next_command(folder, table));
   return failed > 0 ? ExitCode::bad_data : ExitCode::ok;
 }
 

@@ -21,7 +21,17 @@ using ident::Model;
 using ident::ParameterEstimate;
 
 const char* class_of(Column kind) {
-  return kind == Column::number ? " class=\"number\"" : kind == Column::wide_text ? " class=\"wide\"" : "";
+  switch (kind) {
+    case Column::number:
+      return " class=\"number\"";
+    case Column::name:
+      return " class=\"name\"";
+    case Column::wide_text:
+      return " class=\"wide\"";
+    case Column::text:
+      break;
+  }
+  return "";
 }
 
 std::string polynomial(const std::vector<ident::Term>& terms) {

@@ -23,8 +23,8 @@ namespace eha::report {
 /// An unordered list. @returns nothing for no items
 [[nodiscard]] std::string list(const std::vector<std::string>& items);
 
-/// Alignment of a column.
-enum class Column { text, number, wide_text };
+/// Alignment of a column, and whether it may break a word: `name` a long one, `wide_text` a sentence's.
+enum class Column { text, number, name, wide_text };
 
 struct TableColumn {
   std::string heading;

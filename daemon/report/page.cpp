@@ -51,6 +51,7 @@ th, td { border-bottom: 1px solid #bbb; padding: 3px 10px 3px 0; text-align: lef
 th { border-bottom: 2px solid #111; vertical-align: bottom; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
 td.wide { overflow-wrap: anywhere; min-width: 14em; }
+td.name { overflow-wrap: anywhere; min-width: 7em; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
 @media (max-width: 600px) {
   main { padding: 10px; }
@@ -64,7 +65,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .stacked, .stacked tbody, .stacked tr, .stacked td { display: block; width: 100%; }
   .stacked tr { border-bottom: 2px solid #111; padding: 4px 0; }
   .stacked td, .stacked td.number { border: 0; padding: 1px 0; text-align: left; overflow-wrap: anywhere; }
-  .stacked td.wide { min-width: 0; }
+  .stacked td.wide, .stacked td.name { min-width: 0; }
   .stacked td.number + td:not(.number) { padding-left: 0; }
   .stacked td::before { content: attr(data-label) ": "; font-weight: bold; }
   .stacked td:empty { display: none; }

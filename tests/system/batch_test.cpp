@@ -81,6 +81,15 @@ TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
     EXPECT_NE(page.find(heading), std::string::npos) << heading;
   }
   EXPECT_EQ(page.find("Not judged"), std::string::npos);
+  // What the last line names is a command that works.
+  const std::size_t next = whole_->out.rfind("Next: eha compare records/");
+  ASSERT_NE(next, std::string::npos) << whole_->out;
+  const std::string command = whole_->out.substr(next + 6, whole_->out.find('\n', next) - next - 6);
+  EXPECT_TRUE(command.ends_with(" records/r17.csv")) << command;
+  const std::string bin = fs::path(EHA_PROGRAM).parent_path().string();
+  const std::string said =
+      output_of_shell("cd '" + folder_->path().string() + "' && PATH='" + bin + "':$PATH " + command + " 2>&1");
+  EXPECT_TRUE(said.starts_with("The plant has changed")) << said;
 }
 
 TEST_F(Batch, GoesOnWhereItWasKilled) {

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/batch/next_command.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/shell_word.hpp"
+#include "daemon/batch/table_text.hpp"
+
+namespace eha::batch {
+namespace {
+
+/// The options of `eha fit` by which a file is read, and a record's part or rows chosen; `eha compare` has none of
+/// them.
+constexpr std::array<std::string_view, 11> kOfReading{"--time",    "--input",     "--output",        "--delimiter",
+                                                      "--decimal", "--thousands", "--period",        "--from",
+                                                      "--to",      "--resample",  "--keep-lone-rows"};
+
+bool is_read_by_options(const std::vector<std::string>& options) {
+  return std::any_of(options.begin(), options.end(), [](const std::string& word) {
+    const std::string_view name = std::string_view(word).substr(0, word.find('='));
+    return std::find(kOfReading.begin(), kOfReading.end(), name) != kOfReading.end();
+  });
+}
+
+/// " --intersample foh" as the records were fitted; empty where no option says it.
+std::string intersample_of(const std::vector<std::string>& options) {
+  constexpr std::string_view kName = "--intersample";
+  for (std::size_t i = 0; i < options.size(); ++i) {
+    if (options[i] == kName && i + 1 < options.size())
+      return fmt::format(" {} {}", kName, shell_quoted(options[i + 1]));
+    if (options[i].starts_with(fmt::format("{}=", kName))) return " " + shell_quoted(options[i]);
+  }
+  return {};
+}
+
+std::string compare(const BatchFolder& folder, const Table& table, const std::vector<std::size_t>& rows) {
+  const std::vector<std::string>& options = folder.batch().rules.options;
+  const bool by_models = is_read_by_options(options);
+  std::string command = "eha compare";
+  for (const std::size_t row : rows) {
+    const Record& record = table.rows[row].record;
+    const auto model = folder.path() / "records" / record.id / "models" / (table.common_model + ".json");
+    command += " " + shell_word(by_models ? model.string() : record.source);
+  }
+  return by_models ? command : command + intersample_of(options);
+}
+
+/// The row whose parameter lies nearest to the median, of the records with nothing apart.
+std::optional<std::size_t> ordinary_row(const Table& table, const std::string& parameter) {
+  for (const Parameter& one : parameters_of(table.rows, table.common_model)) {
+    if (one.name != parameter) continue;
+    std::optional<std::size_t> nearest;
+    double least = 0.0;
+    for (const Estimate& estimate : one.estimates) {
+      const double distance = std::abs(estimate.value - one.median);
+      if (!table.rows[estimate.row].outliers.empty() || (nearest && distance >= least)) continue;
+      nearest = estimate.row;
+      least = distance;
+    }
+    return nearest;
+  }
+  return std::nullopt;
+}
+
+/// The rows that take part in the comparison.
+std::vector<std::size_t> compared_rows(const Table& table) {
+  std::vector<std::size_t> rows;
+  for (const Parameter& one : parameters_of(table.rows, table.common_model)) {
+    for (const Estimate& estimate : one.estimates) rows.push_back(estimate.row);
+  }
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  return rows;
+}
+
+/// The first `eha fit` or `eha import` of a record that a reason names between backticks; none without.
+std::optional<std::string> command_in(const std::string& reason, const Record& record) {
+  const std::string word = shell_word(record.source);
+  for (std::size_t from = reason.find('`'); from != std::string::npos;) {
+    const std::size_t end = reason.find('`', from + 1);
+    if (end == std::string::npos) break;
+    const std::string command = reason.substr(from + 1, end - from - 1);
+    if (command.starts_with("eha fit " + word) || command.starts_with("eha import " + word)) return command;
+    from = reason.find('`', end + 1);
+  }
+  return std::nullopt;
+}
+
+std::string fit_of(const BatchFolder& folder, const Record& record) {
+  std::string command = "eha fit " + shell_word(record.source);
+  for (const std::string& word : folder.batch().rules.options) command += " " + shell_quoted(word);
+  return command;
+}
+
+}  // namespace
+
+std::string next_command(const BatchFolder& folder, const Table& table) {
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    if (table.rows[i].outliers.empty()) continue;
+    const auto ordinary = ordinary_row(table, table.rows[i].outliers.front().parameter);
+    if (ordinary) return compare(folder, table, {*ordinary, i});
+  }
+  const std::vector<std::size_t> rows = compared_rows(table);
+  if (!table.trends.empty() && rows.size() > 1) return compare(folder, table, {rows.front(), rows.back()});
+  for (const Row& row : table.rows) {
+    if (row.judged) continue;
+    if (const auto command = command_in(row.reason, row.record)) return *command;
+  }
+  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
+  if (!left_out.empty()) return fit_of(folder, table.rows[left_out.front().row].record);
+  if (rows.size() > 1 && rows.size() < kFewestForOutliers) return compare(folder, table, rows);
+  return "xdg-open " + shell_word((folder.path() / "report.html").string());
+}
+
+}  // namespace eha::batch

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The command after the table of a batch.
+#include "daemon/batch/next_command.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "daemon/batch/batch_page.hpp"
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha::batch {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Judged {
+  double gain = 0.13;
+  bool accepted = true;
+  std::string failure = {};  ///< last line of a record that was not judged
+};
+
+Result result_of(const Judged& one) {
+  Result result;
+  result.exit_code = one.failure.empty() ? 0 : 10;
+  result.message = one.failure;
+  if (!one.failure.empty()) return result;
+  result.fit = Json::parse(fmt::format(
+      R"({{"models": [{{"name": "io", "parameters": [{{"name": "K", "value": {0}, "std": 0.0005, "lower95": {1},
+          "upper95": {2}, "fixed": false}}], "verdict": {{"accepted": {3}, "grade": "{4}"}}}}],
+          "recommendation": {{"model": {5}}}}})",
+      one.gain, one.gain - 0.001, one.gain + 0.001, one.accepted, one.accepted ? "good" : "rejected",
+      one.accepted ? "\"io\"" : "null"));
+  return result;
+}
+
+class NextOfBatch : public testing::Test {
+ protected:
+  std::string next_of(const std::vector<Judged>& judged, std::vector<std::string> options = {}) {
+    Batch batch{rules_of(std::move(options)), {}};
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      const std::string id = fmt::format("{:04}", i + 1);
+      batch.records.push_back({.id = id, .source = fmt::format("pump {}.csv", i + 1), .sha256 = id});
+    }
+    BatchFolder folder(folder_.path() / fmt::format("batch{}", ++count_), batch);
+    folder.claim({});
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      (void)folder.work_folder(batch.records[i]);
+      folder.publish(batch.records[i], result_of(judged[i]));
+    }
+    path_ = folder.path();
+    return next_command(folder, table_of(folder));
+  }
+
+  test::TemporaryFolder folder_;
+  std::filesystem::path path_;
+  int count_ = 0;
+};
+
+const std::vector<Judged> kAlike{{0.1300}, {0.1302}, {0.1299}, {0.1301}, {0.1300}, {0.1303}};
+
+TEST_F(NextOfBatch, ComparesTheRecordThatIsApartWithTheMostOrdinaryOne) {
+  std::vector<Judged> judged = kAlike;
+  judged[1].gain = 0.25;
+  judged[0].gain = 0.1296;
+  judged[2].gain = 0.1301;
+  // The median of all is that of records 3 and 4.
+  EXPECT_EQ(next_of(judged), "eha compare 'pump 3.csv' 'pump 2.csv'");
+  EXPECT_EQ(next_of(judged, {"--intersample", "foh"}), "eha compare 'pump 3.csv' 'pump 2.csv' --intersample foh");
+}
+
+TEST_F(NextOfBatch, ComparesModelsOfRecordsThatOnlyOptionsRead) {
+  std::vector<Judged> judged = kAlike;
+  judged[1].gain = 0.25;
+  const std::string command = next_of(judged, {"--model", "io", "--period=0.01"});
+  EXPECT_EQ(command.find(".csv"), std::string::npos) << command;
+  EXPECT_TRUE(command.ends_with("records/0002/models/io.json")) << command;
+}
+
+TEST_F(NextOfBatch, FitsARecordThatIsNotComparedAsTheBatchDid) {
+  std::vector<Judged> judged = kAlike;
+  judged[4].accepted = false;
+  EXPECT_EQ(next_of(judged, {"--model", "io"}), "eha fit 'pump 5.csv' --model io");
+}
+
+TEST_F(NextOfBatch, NamesTheCommandThatReadsAFailedRecord) {
+  std::vector<Judged> judged = kAlike;
+  judged[3].failure = "pump 4.csv: the sensor shows no motion (`eha read --local` shows it)";
+  judged[5].failure = "pump 6.csv:1: which columns? For example: `eha fit 'pump 6.csv' --input 2 --output 3`";
+  EXPECT_EQ(next_of(judged), "eha fit 'pump 6.csv' --input 2 --output 3");
+}
+
+TEST_F(NextOfBatch, ComparesFewRecordsAndOpensThePageOfMany) {
+  EXPECT_EQ(next_of({{0.13}, {0.25}}), "eha compare 'pump 1.csv' 'pump 2.csv'");
+  EXPECT_EQ(next_of({{0.13}}), "xdg-open " + (folder_.path() / "batch2/report.html").string());
+  EXPECT_EQ(next_of(kAlike), "xdg-open " + (folder_.path() / "batch3/report.html").string());
+}
+
+TEST_F(NextOfBatch, LetsALongNameOnThePageBreakSoThatTheReasonsColumnHasRoom) {
+  (void)next_of(kAlike);
+  const std::string html = page_of(table_of(BatchFolder(path_))).html;
+  EXPECT_NE(html.find("<td class=\"name\" data-label=\"record\">0001</td>"), std::string::npos);
+  EXPECT_NE(html.find("td.name { overflow-wrap: anywhere;"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace eha::batch
