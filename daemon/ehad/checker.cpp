@@ -165,4 +165,40 @@ void throw_if_failed(const worker::WorkerEnd& end, const CheckedFile& experiment
   throw Error(code, fmt::format("{}", fmt::join(lines, "\n")));
 }
 
+bool ListFindings::take(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig) {
+  try {
+    throw_if_failed(end, experiment, rig);
+    return true;
+  } catch (const Error&) {
+    if (end.exit_code) {
+      fault_ = std::current_exception();
+      return false;
+    }
+    if (not_checked_) return false;
+    not_checked_ = std::current_exception();
+    return true;
+  }
+}
+
+void ListFindings::throw_if_any() const {
+  if (!fault_ && !not_checked_) return;
+  if (!fault_) std::rethrow_exception(not_checked_);
+  if (!not_checked_) std::rethrow_exception(fault_);
+  std::string not_checked;
+  try {
+    std::rethrow_exception(not_checked_);
+  } catch (const Error& error) {
+    not_checked = error.what();
+  }
+  try {
+    std::rethrow_exception(fault_);
+  } catch (const ConfigError& error) {
+    std::vector<std::string> lines = error.lines();
+    lines.push_back(not_checked);
+    throw ConfigError(lines);
+  } catch (const Error& error) {
+    throw Error(error.exit_code(), fmt::format("{}\n{}", error.what(), not_checked));
+  }
+}
+
 }  // namespace eha::service

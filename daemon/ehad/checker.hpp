@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <deque>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -98,6 +99,20 @@ void write_checked_files(const std::filesystem::path& folder, const std::string&
 struct CheckedFile {
   std::filesystem::path path;
   std::string name;
+};
+
+/// What the checks of a list found. One that was not done in time does not end them: another experiment's fault is
+/// named beside it. A second one does, as each may take kLongestTime.
+class ListFindings {
+ public:
+  /// Takes the end of a check. @returns whether the next experiment is worth one
+  [[nodiscard]] bool take(const worker::WorkerEnd& end, const CheckedFile& experiment, const CheckedFile& rig);
+  /// @throws as throw_if_failed()  of the fault, with a line on the check that was not done
+  void throw_if_any() const;
+
+ private:
+  std::exception_ptr fault_;
+  std::exception_ptr not_checked_;
 };
 
 /// Throws the errors of a failed check.

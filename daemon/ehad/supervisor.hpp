@@ -115,6 +115,7 @@ class Supervisor {
     std::optional<std::uint64_t> armed_at = {};
     Answer answer;
     std::size_t checked = 0;
+    ListFindings findings = {};
   };
 
   void load_queue();

@@ -117,31 +117,32 @@ void Supervisor::check(const std::shared_ptr<Submission>& submission) {
   const Entry& entry = submission->entries[submission->checked];
   const fs::path folder = check_folder(entry.id);
   const auto place_in = submission->checked == 0 || !rig_.moves_machine() ? place_at_start() : std::nullopt;
-  checker_.add(
-      {.user = submission->uid,
-       .experiment = folder / kCheckedExperiment,
-       .rig = folder / kCheckedRig,
-       .place_in = place_in,
-       .accept_travel_risk = entry.accept_travel_risk,
-       .avoided_cpu = rig_.config()->realtime.cpu},
-      [this, submission, folder, place_in](const worker::WorkerEnd& end) {
-        Entry& checked = submission->entries[submission->checked];
-        try {
-          throw_if_failed(end, {folder / kCheckedExperiment, checked.file}, {folder / kCheckedRig, options_.rig_file});
-        } catch (const Error&) {
-          refuse(*submission);
-          return;
-        }
-        checked.rehearsal = rehearsal_of(end);
-        checked.duration_s = duration_of(end);
-        checked.rehearsed = {submission->rig, place_in};
-        ++submission->checked;
-        if (submission->checked < submission->entries.size()) {
-          check(submission);
-        } else {
-          enqueue(submission);
-        }
-      });
+  checker_.add({.user = submission->uid,
+                .experiment = folder / kCheckedExperiment,
+                .rig = folder / kCheckedRig,
+                .place_in = place_in,
+                .accept_travel_risk = entry.accept_travel_risk,
+                .avoided_cpu = rig_.config()->realtime.cpu},
+               [this, submission, folder, place_in](const worker::WorkerEnd& end) {
+                 Entry& checked = submission->entries[submission->checked];
+                 const bool goes_on = submission->findings.take(end, {folder / kCheckedExperiment, checked.file},
+                                                                {folder / kCheckedRig, options_.rig_file});
+                 checked.rehearsal = rehearsal_of(end);
+                 checked.duration_s = duration_of(end);
+                 checked.rehearsed = {submission->rig, place_in};
+                 ++submission->checked;
+                 if (goes_on && submission->checked < submission->entries.size()) {
+                   check(submission);
+                   return;
+                 }
+                 try {
+                   submission->findings.throw_if_any();
+                 } catch (const Error&) {
+                   refuse(*submission);
+                   return;
+                 }
+                 enqueue(submission);
+               });
 }
 
 void Supervisor::end_submission(const Submission& submission) {

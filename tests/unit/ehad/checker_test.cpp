@@ -61,6 +61,34 @@ TEST(Checker, SaysWhyACheckWasNotDone) {
             std::string::npos);
 }
 
+TEST(Checker, NamesTheFaultOfAListBesideACheckThatTookTooLong) {
+  const worker::WorkerEnd late{std::nullopt, "", "", worker::EndedBy::processor_time};
+  const worker::WorkerEnd faulty{static_cast<int>(ExitCode::configuration),
+                                 "eha: error: /state/check/8/experiment.toml:7:1: beyond the limits"};
+  const CheckedFile second{"/state/check/8/experiment.toml", "second.toml"};
+  ListFindings findings;
+  EXPECT_TRUE(findings.take(late, kExperiment, kRig)) << "the next one is checked, too";
+  EXPECT_FALSE(findings.take(faulty, second, kRig));
+  try {
+    findings.throw_if_any();
+    ADD_FAILURE();
+  } catch (const ConfigError& error) {
+    ASSERT_EQ(error.lines().size(), 2U);
+    EXPECT_EQ(error.lines()[0], "second.toml:7:1: beyond the limits");
+    EXPECT_TRUE(error.lines()[1].starts_with("mine.toml: not checked: the check takes more than 30 s"));
+  }
+}
+
+TEST(Checker, EndsAListWhoseChecksTakeTooLong) {
+  const worker::WorkerEnd late{std::nullopt, "", "", worker::EndedBy::wall_time};
+  ListFindings findings;
+  EXPECT_TRUE(findings.take({0, ""}, kExperiment, kRig));
+  EXPECT_NO_THROW(findings.throw_if_any());
+  EXPECT_TRUE(findings.take(late, kExperiment, kRig));
+  EXPECT_FALSE(findings.take(late, kExperiment, kRig));
+  EXPECT_THROW(findings.throw_if_any(), IoError);
+}
+
 /// Checks whose processes say that they are on, and end when they may.
 class Checks {
  public:
