@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/terminal_text.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/run_line.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 
 namespace eha::cli {
@@ -97,7 +99,7 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
 
 namespace {
 
-/// Cuts the text to at most `width` bytes, characters of UTF-8 whole: `eha runs show` has all of it.
+/// Cuts a name to at most `width` bytes, characters of UTF-8 whole: --json has all of it.
 std::string cut_to_width(const std::string& text, std::size_t width) {
   if (text.size() <= width) return text;
   std::size_t end = width - 3;
@@ -105,8 +107,8 @@ std::string cut_to_width(const std::string& text, std::size_t width) {
   return text.substr(0, end) + "...";
 }
 
-/// The result of an experiment, or what it waits for, in a few words; the first word of a fault is its cause.
-std::string short_text(const Json& entry) {
+/// The result of an experiment, or what it waits for; why it ended so, whole.
+std::string result_text(const Json& entry) {
   const std::string state = entry.at("state");
   if (state == "running") return {};
   if (state == "waiting" || state == "held") return "waits for " + wait_of(entry.value("waits_for", "")).command;
@@ -116,8 +118,6 @@ std::string short_text(const Json& entry) {
   if (state != "over") return progress_text(entry);
   const std::string outcome = entry.value("outcome", "");
   const std::string note = entry.value("note", "");
-  if (outcome == "interrupted") return outcome;
-  if (outcome == "faulted") return outcome + ": " + note.substr(0, note.find(": "));
   const Json models = entry.value("models", Json::array());
   const auto accepted =
       std::count_if(models.begin(), models.end(), [](const Json& model) { return model.value("accepted", false); });
@@ -136,6 +136,7 @@ Wait wait_of(const std::string& waits_for) {
 std::string queue_table(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   constexpr std::size_t kLine = 100;
+  constexpr std::size_t kIndent = 8;
   constexpr std::size_t kLongestName = 20;
   constexpr std::size_t kLongestUser = 10;
   std::vector<std::vector<std::string>> rows;
@@ -152,7 +153,7 @@ std::string queue_table(const Json& entries) {
         {fmt::format("{}{}", state == "running" ? "> " : "", entry->at("entry").get<std::int64_t>()),
          cut_to_width(entry->value("name", ""), kLongestName), cut_to_width(entry->value("user", ""), kLongestUser),
          state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""),
-         short_text(*entry)});
+         result_text(*entry)});
   }
   if (rows.empty()) return "no experiments in the queue\n";
   std::vector<Column> columns{{"number", Align::right}, {"experiment"}, {"of"}, {"state"},
@@ -163,17 +164,26 @@ std::string queue_table(const Json& entries) {
     for (const auto& row : rows) width = std::max(width, row[i].size());
     before += width + 2;
   }
+  std::vector<std::string> below;  // results that are too long to stand beside the run
   for (auto& row : rows) {
     // The name of a run stays whole: `eha runs show` takes it.
     const std::string& run = row[columns.size()];
     std::string& said = row[columns.size() + 1];
     const std::size_t taken = before + run.size() + (run.empty() ? 0 : 2);
-    const std::string shown = taken + 3 < kLine ? cut_to_width(said, kLine - taken) : "";
-    said = fmt::format("{}{}{}", run, run.empty() || shown.empty() ? "" : "  ", shown);
+    const bool has_room = taken + said.size() <= kLine;
+    below.push_back(has_room ? std::string() : std::string(kIndent, ' ') + wrapped(one_line(said), kIndent) + "\n");
+    said = fmt::format("{}{}{}", run, run.empty() || said.empty() || !has_room ? "" : "  ", has_room ? said : "");
     row.erase(row.end() - 2);
   }
   columns.push_back({"run and result"});
-  std::string table = text_table(columns, rows);
+  const std::string lines = text_table(columns, rows);
+  std::size_t at = lines.find('\n', lines.find('\n') + 1) + 1;  // behind the heading and its rule
+  std::string table = lines.substr(0, at);
+  for (const std::string& result : below) {
+    const std::size_t end = lines.find('\n', at) + 1;
+    table += lines.substr(at, end - at) + result;
+    at = end;
+  }
   for (const Json& entry : entries) {
     if (entry.at("state") != "held") continue;
     const Wait wait = wait_of(entry.value("waits_for", ""));
