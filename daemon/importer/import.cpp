@@ -23,18 +23,17 @@
 #include "daemon/importer/missing_codes.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/importer/own_times.hpp"
+#include "daemon/importer/refusals.hpp"
 #include "daemon/importer/replaced_clock.hpp"
 #include "daemon/importer/resample.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/slow_rows.hpp"
 #include "daemon/importer/table.hpp"
 #include "daemon/importer/time_grid.hpp"
+#include "daemon/importer/two_units.hpp"
 
 namespace eha::importer {
 namespace {
-
-/// No hydraulic rig is sampled faster.
-constexpr double kShortestStep_s = 1.0 / 20e3;
 
 /// Copies a column and frees its vector, so that a long record is not held twice.
 Eigen::VectorXd taken(std::vector<double>& column) {
@@ -192,88 +191,6 @@ std::string guess_text(const Table& table, const Roles& roles, const std::filesy
   return text + fmt::format("; {} rows every {:.9g} s", record.input.size(), record.step_s);
 }
 
-/// A clock without a unit that rises by more than a rig's rows are apart counts seconds or parts of a second; nobody
-/// can say which.
-void refuse_time_without_unit(const Rows& rows, const Column& time, const std::filesystem::path& path,
-                              const Options& options) {
-  constexpr std::size_t kFewRows = 50;  // typed by hand
-  constexpr double kLongestStep_s = 0.5;
-  const std::vector<double>& times = rows.columns.front();
-  if (time.is_clock || !time.unit.empty() || times.size() < kFewRows || epoch_unit_s(time)) return;
-  std::vector<double> steps(times.size() - 1);
-  for (std::size_t k = 0; k < steps.size(); ++k) steps[k] = times[k + 1] - times[k];
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  if (!(*middle > kLongestStep_s)) return;
-  RowClock clock;
-  for (const double at : times) clock.add(at, std::pow(10.0, -rows.time_decimals));
-  const std::optional<RowPeriod> period = clock.period();
-  if (!period) return;
-  Options even = options;
-  if (options.time && options.resample) {
-    // A time that was named would be asked for again.
-    even.command = command_with(options, path, "--resample");
-    even.command.erase(even.command.rfind(" --resample"), std::string_view(" --resample").size());
-  }
-  std::string readings;
-  for (const auto& [unit, unit_s] : {std::pair("seconds", 1.0), {"milliseconds", 1e-3}, {"microseconds", 1e-6}}) {
-    if (*middle * unit_s < kShortestStep_s) continue;
-    readings += fmt::format("; if in {}: `{}`", unit, command_with(even, path, period_options(*period, unit_s)));
-  }
-  throw DataError(fmt::format("{}: the clock{} rises by {:.6g} a row and has no unit{}", path.string(),
-                              time.label.empty() ? "" : fmt::format(" \"{}\"", readable(time.label, kLongestShown)),
-                              *middle, readings));
-}
-
-/// The number of rows between two values of a column that has one in every nth row only; none where it has more, or not
-/// evenly.
-std::optional<std::size_t> every_nth(const std::vector<double>& sample) {
-  constexpr std::size_t kFewest = 5;
-  std::vector<std::size_t> measured;
-  for (std::size_t k = 0; k < sample.size(); ++k) {
-    if (std::isfinite(sample[k])) measured.push_back(k);
-  }
-  if (measured.size() < kFewest) return std::nullopt;
-  const std::size_t every = measured[1] - measured[0];
-  for (std::size_t i = 1; i < measured.size(); ++i) {
-    if (measured[i] - measured[i - 1] != every) return std::nullopt;
-  }
-  return every > 1 ? std::optional(every) : std::nullopt;
-}
-
-/// An output that a slower device measured: filled rows would be most of the record, and no model is accepted of those.
-void refuse_slower_output(const Table& table, const Roles& roles, const std::filesystem::path& path,
-                          const Options& options) {
-  const auto form = table.text_form();
-  const auto every = every_nth(table.columns()[*roles.output].sample);
-  if (options.resample || !form || form->delimiter == ' ' || !every) return;
-  const std::string rows = shell_word(path.stem().string() + "-rows" + path.extension().string());
-  throw DataError(fmt::format(
-      "{}: column {} has a value in every {}{} row only; `awk -F'{}' 'NR<{}||${}~/[0-9]/' {} > {}` keeps these rows, "
-      "then: `eha import {}`; --resample would fill the others, and a record that is filled for the most part has no "
-      "model",
-      path.string(), described(table.columns(), *roles.output), *every,
-      *every == 2   ? "nd"
-      : *every == 3 ? "rd"
-                    : "th",
-      form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), form->first_data_line, *roles.output + 1,
-      shell_word(path.string()), rows, rows));
-}
-
-/// Of a file that eha wrote: a length as input and volts as output are a response read backwards.
-void refuse_exchanged(const ident::Record& record, const Roles& roles, const std::filesystem::path& path,
-                      const Options& options) {
-  const DisplayUnit inches("in");
-  if (options.input || options.output || record.output_channel.unit != "V") return;
-  if (inches.of(record.input_channel.unit) != "in") return;
-  throw DataError(fmt::format(
-      "{}: the second column, the input, is a length, and the third, the output, a voltage; if they are exchanged: "
-      "`{}`; if not, name them: `{}`",
-      path.string(),
-      command_with(options, path, fmt::format("--input {} --output {}", *roles.output + 1, roles.input + 1)),
-      command_with(options, path, fmt::format("--input {} --output {}", roles.input + 1, *roles.output + 1))));
-}
-
 /// Codes for missing values in one column: asked about, or taken as not measured.
 /// @param time_of  time of a row [s]
 template <typename TimeOf>
@@ -316,6 +233,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
   const ReplacedClock clock = roles.time || !options.period_s
                                   ? ReplacedClock()
                                   : replaced_clock(table, roles, selection, rows.count(), path, options);
+  imported.remarks = remarks_on_two_units(table.columns(), selection.columns, path);
   imported.remarks.insert(imported.remarks.end(), clock.remarks.begin(), clock.remarks.end());
   const bool fills = options.resample || !clock.places.empty();
   ident::Record& record = imported.record;
@@ -535,6 +453,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
     input.series.channel.unit = unit;
   }
   input.guess = guess_text(*table, roles, path, record);
+  input.remarks = remarks_on_two_units(table->columns(), selection.columns, path);
   if (std::string remark = remark_on_pace(record.step_s, "", path); !remark.empty()) input.remarks.push_back(remark);
   return input;
 }

@@ -20,9 +20,10 @@ inline constexpr std::size_t kSampledRows = 200;
 
 /// A column of a file, before its role is known.
 struct Column {
-  std::string label;  ///< as in the file: "Spannung [V]", "rec.u"; empty when the file names none
-  std::string name;   ///< "Spannung"
-  std::string unit;   ///< "V"; empty when unknown
+  std::string label;            ///< as in the file: "Spannung [V]", "rec.u"; empty when the file names none
+  std::string name;             ///< "Spannung"
+  std::string unit;             ///< "V"; empty when unknown
+  std::string other_unit = {};  ///< of the row of units, where the name says another; mostly empty
   bool is_number = true;
   /// The first kSampledRows values; NaN where one is missing. Of clocks seconds from the first.
   std::vector<double> sample;

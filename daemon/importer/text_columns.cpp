@@ -4,18 +4,30 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <tuple>
 
 #include "core/error.hpp"
+#include "core/unit_names.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/roles.hpp"
+#include "daemon/importer/two_units.hpp"
 #include "daemon/record/record_csv.hpp"
 
 namespace eha::importer {
+namespace {
+
+/// Scopes write the second as "S".
+bool is_same_word(const std::string& a, const std::string& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+}
+
+}  // namespace
 
 std::vector<Column> named_columns(const Dialect& dialect, const TextLines& text, const std::filesystem::path& path) {
   std::vector<Column> columns(dialect.fields);
@@ -35,7 +47,15 @@ std::vector<Column> named_columns(const Dialect& dialect, const TextLines& text,
     } else {
       std::tie(column.name, column.unit) = name_and_unit(column.label);
     }
-    if (i < dialect.units.size() && column.unit.empty()) column.unit = unit_of(text.decoded(dialect.units[i]));
+    if (i >= dialect.units.size()) continue;
+    const std::string below = unit_of(text.decoded(dialect.units[i]));
+    if (column.unit != below && known_unit(below) && !known_unit(column.unit)) {
+      if (!column.unit.empty()) column.name = column.label;  // "Weg (links)" above "mm"
+      column.unit = below;
+    }
+    if (column.unit.empty()) column.unit = below;
+    if (column.unit == below) column.name = name_without_unit(column.name, below);
+    if (known_unit(below) && !is_same_word(column.unit, below)) column.other_unit = below;
   }
   // Scopes write the second as "S".
   for (Column& column : columns) {

@@ -225,6 +225,40 @@ TEST_F(ImportedFile, ReadsLabviewsBlocksAsOneRecordAndDropsNone) {
   EXPECT_NEAR(answered(path, refusal, 1).record.input[3], Rig::volts(103), 1e-4);
 }
 
+TEST_F(ImportedFile, SaysWhichOfTwoUnitsOfAColumnItTakes) {
+  const auto file = [&](const std::string& name, const std::string& names) {
+    std::string text =
+        "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n"
+        "***End_of_Header***\t\n\t\nChannels\t2\t\t\nY_Unit_Label\tV\tmm\t\n"
+        "***End_of_Header***\t\t\t\n" +
+        names + "\tComment\n";
+    for (int k = 0; k < Rig::kRows; ++k) {
+      text += fmt::format("{:.2f}\t{:.4f}\t{:.4f}\n", 0.01 * k, Rig::volts(k), Rig::place(k));
+    }
+    return import_record(write(name, text), {});
+  };
+  const Imported two = file("two.lvm", "X_Value\tValve (V)\tRod (in)");
+  EXPECT_EQ(two.record.output_channel.unit, "in");
+  ASSERT_EQ(two.remarks.size(), 1U);
+  EXPECT_NE(two.remarks[0].find("column 3 \"Rod (in)\" has two units, in in its name and mm in the row of units: in is "
+                                "taken; if mm is right, its values are wrong by the factor 25.4"),
+            std::string::npos)
+      << two.remarks[0];
+  // The same unit twice is one.
+  for (const char* names :
+       {"X_Value\tValve (V)\tRod (mm)", "X_Value\tValve V\tRod mm", "X_Value\tValve [V] (V)\tRod [mm] (mm)"}) {
+    const Imported same = file("same.lvm", names);
+    EXPECT_TRUE(same.remarks.empty()) << names;
+    EXPECT_EQ(same.record.input_channel.name, "Valve") << names;
+    EXPECT_EQ(same.record.output_channel.name, "Rod") << names;
+    EXPECT_EQ(same.record.output_channel.unit, "mm") << names;
+  }
+  const Imported place = file("place.lvm", "X_Value\tValve (left)\tRod (top)");
+  EXPECT_EQ(place.record.input_channel.unit, "V") << "no unit is left, a place is";
+  EXPECT_EQ(place.record.output_channel.unit, "mm");
+  EXPECT_TRUE(place.remarks.empty());
+}
+
 TEST_F(ImportedFile, HasACommandForTheRowsOfASlowerOutput) {
   const auto path = write("mixed.csv", Rig::rows("t [s];u [V];y [mm]\n", [](int k) {
                             return fmt::format("{:.2f};{:.4f};{}", 0.01 * k, Rig::volts(k),
