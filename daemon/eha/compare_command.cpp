@@ -162,6 +162,20 @@ ExitCode compare_valves(const std::vector<sheet::RunSheet>& sheets, const Compar
   return ExitCode::ok;
 }
 
+/// What goes on where the plant of a record has changed: a model of that record; on a rig whose valve changed, the
+/// measurement of the valve.
+void say_next_of_change(const identify::Source& source, const std::string& name, bool changes_valve,
+                        const std::optional<ident::Intersample>& intersample, const Console& console) {
+  if (source.run_folder && changes_valve) {
+    console.next_step(suggest::characterise(console.rig()));
+  } else if (source.run_folder) {
+    console.next_step(report_of_run(*source.run_folder, "eha fit " + shell_word(name)));
+  } else {
+    console.next_step(fmt::format("eha fit {}{} -o {}", shell_word(name), intersample_words(intersample),
+                                  shell_word(free_name("models"))));
+  }
+}
+
 ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<std::string> files;
   std::vector<std::string> records;
@@ -269,7 +283,14 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   }
   console.print_json(document);
   console.print(shown.text);
-  if (exchange) console.next_step(*exchange);
+  if (exchange) {
+    console.next_step(*exchange);
+  } else if (shown.shows_change && !sources.empty()) {
+    // Of models on a record the input between its rows is as for the first.
+    const bool is_straight = straight && takes_straight.front();
+    const auto intersample = is_straight ? std::optional(ident::Intersample::straight) : command.intersample;
+    say_next_of_change(sources.back(), records.back(), shown.changes_valve, intersample, console);
+  }
   return ExitCode::ok;
 }
 

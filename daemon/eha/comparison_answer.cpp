@@ -9,9 +9,11 @@
 #include "core/capitalised.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/model_argument.hpp"
+#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/sheet_beside.hpp"
+#include "daemon/report/change_causes.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -74,6 +76,16 @@ std::string of_rig(const identify::Source& source) {
   const Json& other = record::read_manifest(*source.run_folder).other;
   const std::string rig = other.value(Json::json_pointer("/rig/name"), std::string());
   return source.name + (rig.empty() ? "" : " on " + rig);
+}
+
+/// Says what to look at on the bench, where a parameter is shown to have changed.
+void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, const char* then) {
+  const std::string causes = report::causes_of(changes);
+  if (causes.empty()) return;
+  out.text += "To do: " + wrapped(fmt::format("Look on the bench for what changed. {} {}", causes, then), 7) + "\n";
+  out.shows_change = true;
+  out.changes_valve =
+      std::any_of(changes.begin(), changes.end(), [](const auto* change) { return report::changes_valve(*change); });
 }
 
 std::string plant_of(const identify::ScoredModel& scored) {
@@ -247,6 +259,12 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
         comparison.runs.front().fit.model.input_map ? "null, dead_band, negative_gain_ratio: of the valve; " : "");
     if (comparison.runs.front().fit.model.input_map) out.text += fmt::format("{}\n", ident::kDeadBandIs);
   }
+  std::vector<const ident::PlantChange*> changes;
+  for (const report::ComparedSubject& subject : out.subjects) {
+    const bool is_claimed = subject.change && !subject.unfit && subject.cannot_tell.empty();
+    if (is_claimed && subject.change->changed) changes.push_back(&*subject.change);
+  }
+  add_to_do(out, changes, "Rely on no model of before until that is known.");
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", ident::kFalseAlarm},
@@ -311,6 +329,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     sentences += change_sentences(*one.change, models[i]);
   }
   out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());
+  std::vector<const ident::PlantChange*> changes;
+  for (const identify::ScoredModel& one : scored) {
+    if (one.of_another_plant && one.change) changes.push_back(&*one.change);
+  }
   const auto of_another =
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
   const auto unknown =
@@ -325,8 +347,8 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   if (of_another > 0) {
     out.findings.to_do =
         "Use no model of another plant for this record: fit one to it, or look for what changed since the "
-        "model's own record. A null or dead band that moved is the valve's or a leak's (`eha characterise`), a gain "
-        "the supply pressure's, the valve's or a leak's.";
+        "model's own record. " +
+        report::causes_of(changes);
   } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
     out.findings.to_do =
         "Nothing: each model describes this record. Of models of one record `eha report` with their files recommends "
@@ -345,6 +367,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   out.text += fmt::format("re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record\n",
                           models.front().output_unit);
   out.text += sentences;
+  add_to_do(out, changes, "Use no such model for this record: fit one to it.");
   out.document = {{"schema", "eha-comparison/1"}, {"source", source.name}, {"models", std::move(entries)}};
   return out;
 }

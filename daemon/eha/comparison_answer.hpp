@@ -20,6 +20,8 @@ struct Compared {
   std::vector<std::pair<std::string, const ident::Model*>> models;  ///< for the picture
   report::ComparisonFindings findings;
   std::vector<report::ComparedSubject> subjects;  ///< for the report
+  bool shows_change = false;                      ///< the plant of the record, or of the last run, has changed
+  bool changes_valve = false;                     ///< with a parameter of the valve among those that changed
 };
 
 /// A comparison in the unit for people.

@@ -8,13 +8,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
@@ -40,6 +43,17 @@ void for_each_line(std::string_view text, Use&& use) {
 }
 
 constexpr std::chrono::seconds kBetweenMessages{30};
+
+/// A word of a suggested command that the user replaces.
+struct Placeholder {
+  std::string_view word;
+  std::string_view stands_for;
+};
+
+constexpr std::array kToReplace{Placeholder{"INPUT.csv", "a file with the model's input, in its unit"},
+                                Placeholder{"RECORD.csv", "a record of the same plant that the model has not seen"},
+                                Placeholder{"EXPERIMENT.toml", "an experiment file, see eha-experiment(5)"},
+                                Placeholder{"PART...", "the folders (-o) of the other parts, on this machine"}};
 
 void write_out(std::string_view text) {
   // A failure stays in the stream's error flag until flush() checks it.
@@ -133,6 +147,12 @@ void Console::next_step(std::string_view command) const {
   std::string shown = terminal_text(command);
   std::replace(shown.begin(), shown.end(), '\n', '?');  // of a name: text after it would look like another command
   write_out(fmt::format("Next: {}{}\n", shown, takes_units ? " --units " + options_.units : ""));
+  std::istringstream words(shown);
+  for (std::string word; words >> word;) {
+    const auto found =
+        std::find_if(kToReplace.begin(), kToReplace.end(), [&](const auto& p) { return p.word == word; });
+    if (found != kToReplace.end()) write_out(fmt::format("      {}: {}\n", found->word, found->stands_for));
+  }
 }
 
 void Console::show_run(std::string_view line) {

@@ -148,7 +148,10 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
     // The code begins at rest at v = 0; `eha simulate` would begin at the input's first value.
     const std::string before =
         ident::begins_at_a_level(model) ? fmt::format(" --input-before={:.10g}", 0.0 - model.input_bias) : "";
-    console.next_step(fmt::format("eha simulate {} INPUT.csv{} -o OUTPUT.csv", shell_word(command.source), before));
+    const auto input = input_of_record(record_of(model), model.input_unit);
+    console.next_step(fmt::format("eha simulate {} {}{} -o {}", shell_word(command.source),
+                                  input ? shell_word(*input) : "INPUT.csv", before,
+                                  shell_word(free_name("output.csv"))));
   }
   return ExitCode::ok;
 }

@@ -21,6 +21,7 @@
 #include "daemon/eha/short_report.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/importer/import.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -152,6 +153,26 @@ std::string free_name(const std::string& name) {
     free.replace_filename(fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
   }
   return free.string();
+}
+
+std::optional<std::string> input_of_record(const std::string& record, const std::string& unit) {
+  if (record.empty()) return std::nullopt;
+  std::error_code ignored;
+  std::string file = record;
+  if (fs::is_directory(record, ignored)) {
+    file.clear();
+    for (const fs::directory_entry& entry : fs::directory_iterator(record, ignored)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with("data_") && name.ends_with("ms.csv")) file = entry.path().string();
+    }
+  }
+  if (!fs::is_regular_file(file, ignored)) return std::nullopt;
+  try {
+    static_cast<void>(importer::import_input(file, {}, unit));
+    return file;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
@@ -14,6 +15,8 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/identify/record_units.hpp"
+#include "daemon/identify/source.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/estimation/fit.hpp"
@@ -96,6 +99,17 @@ Eigen::VectorXd output_of(const ident::Model& model, const record::InputSeries& 
   return ident::simulate(model, fine.input, fine.step_s, method)(Eigen::seq(0, Eigen::last, ident::kPartsOfARow));
 }
 
+/// Whether a file, read without an option, has the output of the model's plant too, and did not estimate the model.
+bool is_record_for(const ident::Model& model, const std::string& file) {
+  if (is_one_record(record_of(model), file)) return false;
+  try {
+    static_cast<void>(identify::in_units_of(identify::load_source(file, {}, {}, {}), model, file));
+    return true;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 ExitCode execute(const SimulateCommand& command, Console& console) {
   const ident::Model model =
       in_unit(read_model(command.model_file), console.unit(rig_units_of_model(command.model_file)));
@@ -137,7 +151,9 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   } else {
     console.print(fmt::format("written: {} ({} samples, {:.6g} .. {:.6g} {})", command.output->string(), output.size(),
                               output.minCoeff(), output.maxCoeff(), model.output_unit));
-    console.next_step(fmt::format("eha validate {} RECORD.csv", shell_word(command.model_file)));
+    console.next_step(
+        fmt::format("eha validate {} {}", shell_word(command.model_file),
+                    is_record_for(model, command.input_file) ? shell_word(command.input_file) : "RECORD.csv"));
   }
   return ExitCode::ok;
 }

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "daemon/plot/envelope.hpp"
+#include "daemon/report/change_causes.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -118,9 +119,8 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
             "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets."
       : !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
       : change.changed
-          ? "Look for the cause of each change. A null or dead band that moved is the valve's, or comes from a leak "
-            "past the piston: with a leak `eha characterise` finds a drift inside the dead band. A gain is the supply "
-            "pressure's, the valve's or a leak's. Identify the rig anew before you rely on an old model."
+          ? fmt::format("Look for the cause of each change. {} Identify the rig anew before you rely on an old model.",
+                        causes_of({&change}))
       : leaves_other(subject) ? "The parameters hold. Look for what moves the output besides the input: noise of "
                                 "the sensor, friction, air, "
                                 "or a map that fits less well."

@@ -51,6 +51,10 @@ TEST_F(TwoRuns, CompareNamesTheDeadBand) {
   const Ended text = run_eha({"compare", before_, after_, "-o", "bode.svg"}, folder_->path());
   ASSERT_EQ(text.code, 0) << text.err;
   EXPECT_NE(text.out.find("dead_band moved by 0.0"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("\nTo do: Look on the bench for what changed. dead_band: commonly the valve"),
+            std::string::npos)
+      << text.out;
+  EXPECT_NE(text.out.find("\nNext: eha characterise"), std::string::npos) << text.out;
   EXPECT_NE(content_of(folder_->path() / "bode.svg").find("<svg"), std::string::npos);
   const Ended ended = run_eha({"compare", before_, after_, "--json"}, folder_->path());
   const json change = json::parse(ended.out).at("runs").at(1).at("change");

@@ -63,5 +63,39 @@ TEST(CopiedCommands, RunNothingThatTheNameOfAFileHolds) {
   EXPECT_GE(seen, 3 * names.size());
 }
 
+TEST(CopiedCommands, NameFilesThatAreThereOrSayWhatToReplace) {
+  const TemporaryFolder folder;
+  const auto record = [](int seed) {
+    std::string text = "time_s,voltage_V,displacement_in\n";
+    double y = 0.0;
+    for (int k = 0; k < 1200; ++k) {
+      const double u = (k / 25 + seed) % 3 == 0 ? 1.0 : (k / 40) % 2 == 0 ? -0.5 : 0.2;
+      text += fmt::format("{:.2f},{:.2f},{:.5f}\n", 0.04 * k, u, y + 0.001 * ((k * 7919 + seed) % 13 - 6));
+      y += 0.06 * (1.3 * u - y);
+    }
+    return text;
+  };
+  folder.write("a b.csv", record(0));
+  folder.write("other.csv", record(1));
+  const auto next_of = [](const Ended& ended) {
+    const std::size_t at = ended.out.rfind("Next: ");
+    return at == std::string::npos ? ended.out + ended.err : ended.out.substr(at + 6);
+  };
+  ASSERT_EQ(run_eha({"fit", "a b.csv", "--model", "io1", "-o", "models"}, folder.path()).code, 0);
+  const Ended validated = run_eha({"validate", "models/io1.json", "other.csv"}, folder.path());
+  EXPECT_EQ(next_of(validated), "eha simulate models/io1.json other.csv -o output.csv\n") << validated.out;
+  const Ended simulated = run_eha({"simulate", "models/io1.json", "other.csv", "-o", "output.csv"}, folder.path());
+  EXPECT_EQ(next_of(simulated), "eha validate models/io1.json other.csv\n");
+  // Its own record proves nothing.
+  const Ended own = run_eha({"simulate", "models/io1.json", "a b.csv", "-o", "own.csv"}, folder.path());
+  EXPECT_EQ(next_of(own),
+            "eha validate models/io1.json RECORD.csv\n"
+            "      RECORD.csv: a record of the same plant that the model has not seen\n");
+  const Ended exported = run_eha({"export", "models/io1.json", "--format", "octave", "-o", "plant.m"}, folder.path());
+  const std::string next = next_of(exported);
+  EXPECT_TRUE(next.starts_with("eha simulate models/io1.json 'a b.csv' ")) << next;
+  EXPECT_TRUE(next.ends_with(" -o output-2.csv\n")) << next << "output.csv is there";
+}
+
 }  // namespace
 }  // namespace eha::test

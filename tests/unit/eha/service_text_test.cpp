@@ -49,8 +49,7 @@ TEST(QueueTable, LeavesCancelledOnesOutAndWrapsLongResults) {
   };
   const std::string why =
       "no_motion at 0.370 s: the rod moved 0.001 in where [following] expects 0.213 in, as where the pressure is off, "
-      "a "
-      "wire is loose or the valve is stuck; `eha read` shows whether the sensor follows the rod";
+      "a wire is loose or the valve is stuck; `eha read` shows whether the sensor follows the rod";
   const std::string table =
       queue_table({entry(1, "over", why), entry(2, "cancelled", ""), entry(3, "over", "M\xC3\xA4rz")});
   EXPECT_NE(table.find("\n     1  e"), std::string::npos) << table;

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/report/change_causes.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+namespace eha::report {
+namespace {
+
+/// Parameters with common causes.
+struct CommonCause {
+  std::string_view causes;
+  bool (*has)(ident::ParameterRole role);
+};
+
+bool is_gain(ident::ParameterRole role) { return role == ident::ParameterRole::numerator_coefficient; }
+
+bool is_of_valve(ident::ParameterRole role) {
+  return ident::is_of_map(role) || role == ident::ParameterRole::input_bias;
+}
+
+bool is_of_dynamics(ident::ParameterRole role) { return !is_gain(role) && !is_of_valve(role); }
+
+constexpr std::array kCommonCauses{
+    CommonCause{
+        "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
+        "with which `eha characterise` finds a drift inside the dead band",
+        is_of_valve},
+    CommonCause{"commonly the supply pressure or the load, else the valve or a leak", is_gain},
+    CommonCause{
+        "commonly the load, as another moving mass changes time constant and natural frequency, or the oil: its "
+        "temperature, or air in it",
+        is_of_dynamics}};
+
+}  // namespace
+
+std::string causes_of(const std::vector<const ident::PlantChange*>& changes) {
+  for (const ident::PlantChange* change : changes) {
+    if (const std::string unit = ident::unit_instead(*change); !unit.empty()) {
+      return "Check the units of the records first: a gain changed by the factor between two units.";
+    }
+  }
+  std::string text;
+  for (const CommonCause& kind : kCommonCauses) {
+    std::vector<std::string> names;
+    for (const ident::PlantChange* change : changes) {
+      for (const ident::ParameterChange& p : change->parameters) {
+        if (!p.changed || !kind.has(p.role) || std::find(names.begin(), names.end(), p.name) != names.end()) continue;
+        names.push_back(p.name);
+      }
+    }
+    if (!names.empty()) text += fmt::format("{}: {}. ", fmt::join(names, ", "), kind.causes);
+  }
+  return text.empty() ? text : text + "The record shows which parameter changed, not why.";
+}
+
+bool changes_valve(const ident::PlantChange& change) {
+  return std::any_of(change.parameters.begin(), change.parameters.end(),
+                     [](const auto& p) { return p.changed && is_of_valve(p.role); });
+}
+
+}  // namespace eha::report
