@@ -280,4 +280,6 @@ ident::FitOptions with(ident::FitOptions options, const RecordOptions& record, i
   return options;
 }
 
+bool names_models(const ModelOptions& options) { return !options.families.empty() || !options.structure_files.empty(); }
+
 }  // namespace eha::cli

@@ -70,4 +70,7 @@ struct ModelOptions {
 /// @returns the changed `options`
 [[nodiscard]] ident::FitOptions with(ident::FitOptions options, const RecordOptions& record, int parts);
 
+/// Models named on the command line are required; those of an experiment may be replaced by others.
+[[nodiscard]] bool names_models(const ModelOptions& options);
+
 }  // namespace eha::cli

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/time_text.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/fit.hpp"
@@ -113,6 +114,30 @@ Eigen::VectorXd clipped(const Eigen::VectorXd& input, double middle, double limi
   return (input.array() - middle).cwiseMax(-limit).cwiseMin(limit) + middle;
 }
 
+/// "--from 12.5 --to 48.2": the longest part of a record whose input stays between limits of one size about its
+/// mid-range, if that is a fifth of the record and long enough for a fit; empty otherwise.
+std::string part_within(const ident::Record& record, double middle, double limit) {
+  constexpr double kLongEnough = 0.2;
+  constexpr Eigen::Index kFewestRows = 300;
+  Eigen::Index first = 0;
+  Eigen::Index longest = 0;
+  for (Eigen::Index k = 0, begun = 0; k < record.input.size(); ++k) {
+    if (!(std::abs(record.input[k] - middle) <= limit)) begun = k + 1;
+    if (k + 1 - begun > longest) {
+      longest = k + 1 - begun;
+      first = begun;
+    }
+  }
+  const Eigen::Index rows = record.input.size();
+  if (longest < kFewestRows || static_cast<double>(longest) < kLongEnough * static_cast<double>(rows)) return {};
+  const auto time_of = [&](Eigen::Index row) {
+    return time_text(record.start_s + static_cast<double>(row) * record.step_s);
+  };
+  std::string options = first > 0 ? "--from " + time_of(first) : "";
+  if (first + longest < rows) options += (options.empty() ? "--to " : " --to ") + time_of(first + longest - 1);
+  return options;
+}
+
 /// The structures that may describe a plant behind an input that saturates: that of an accepted first model, else the
 /// simple ones of the table.
 std::vector<const IdentifiedModel*> behind_a_limit(const Identification& identification, const ident::Model& first) {
@@ -182,7 +207,7 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
   return Trial{std::move(*best),
                is_two_sided ? fmt::format("+-{:.2g}{}", limit, unit)
                             : fmt::format("{:.2g} and {:.2g}{}", middle - limit, middle + limit, unit),
-               ""};
+               part_within(task.record, middle, limit)};
 }
 
 /// The model that stands first in the table: the recommended one, that beside it, or the one that errs least.

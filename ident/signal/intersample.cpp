@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/signal/intersample.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +10,22 @@ namespace {
 
 constexpr double kMovingRows = 0.7;  // share of all
 constexpr double kGoingOn = 0.3;     // correlation of a row's movement with that of the row before
+constexpr Eigen::Index kRowsBefore = 24;
+constexpr Eigen::Index kPredictedRows = 2000;
+constexpr double kFollows = 0.02;  // of the variance, left over by the rows before
+
+/// Whether the rows before determine each row of an input, as of a sum of tones, however few rows their period has; not
+/// the next level of a controller or a random one.
+bool follows_from_rows_before(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  const Eigen::Index rows = std::min(kPredictedRows, input.size() - kRowsBefore);
+  if (rows < 4 * kRowsBefore) return false;
+  const Eigen::VectorXd centred = input.head(rows + kRowsBefore).array() - input.head(rows + kRowsBefore).mean();
+  Eigen::MatrixXd before(rows, kRowsBefore);
+  for (Eigen::Index lag = 0; lag < kRowsBefore; ++lag) before.col(lag) = centred.segment(lag, rows);
+  const Eigen::VectorXd now = centred.tail(rows);
+  const Eigen::VectorXd predicted = before * before.colPivHouseholderQr().solve(now);
+  return (now - predicted).squaredNorm() < kFollows * now.squaredNorm();
+}
 
 /// Lagrange's cubic through y[-1], y[0], y[1], y[2] at x in 0..1.
 double cubic(const double* y, double x) {
@@ -66,8 +83,8 @@ double movement_within_half_a_row(const Eigen::Ref<const Eigen::VectorXd>& input
   const double energy = moved.squaredNorm();
   const auto moving = static_cast<double>((moved.array() != 0.0).count());
   const double going_on = moved.tail(moved.size() - 1).dot(moved.head(moved.size() - 1));
-  const bool is_sampled = moving >= kMovingRows * static_cast<double>(moved.size()) && going_on >= kGoingOn * energy;
-  if (!is_sampled || !(spread > 0.0)) return 0.0;
+  if (moving < kMovingRows * static_cast<double>(moved.size()) || !(spread > 0.0)) return 0.0;
+  if (going_on < kGoingOn * energy && !follows_from_rows_before(input)) return 0.0;
   return 0.5 * std::sqrt(energy / static_cast<double>(moved.size())) / spread;
 }
 

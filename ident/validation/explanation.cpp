@@ -15,6 +15,11 @@ constexpr const char* kRatio = "explained_by_error_ratio";
 
 }  // namespace
 
+bool is_saturation(const Explanation& explanation) {
+  return explanation.options.empty() || explanation.options.starts_with("--from") ||
+         explanation.options.starts_with("--to");
+}
+
 void note_explanation(Model& model, const Explanation& explanation) {
   model.provenance[kHas] = explanation.has;
   model.provenance[kOptions] = explanation.options;
@@ -45,11 +50,13 @@ void forget_explanation(Model& model) {
 }
 
 std::string sentence_of(const Explanation& explanation) {
-  if (explanation.options.empty()) {
+  if (is_saturation(explanation)) {
     return fmt::format(
         "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times as "
-        "much on unseen data; record smaller amplitudes, or cut to a part with such (--from, --to).",
-        explanation.has, explanation.ratio);
+        "much on unseen data; record smaller amplitudes{}.",
+        explanation.has, explanation.ratio,
+        explanation.options.empty() ? "; this record stays within that nowhere for long"
+                                    : fmt::format(", or cut to a part with such ({})", explanation.options));
   }
   return fmt::format(
       "A structure with {} (`eha fit {}`) passes the checks and errs {} times as much on unseen data: fit it; what "

@@ -11,10 +11,15 @@ namespace eha::ident {
 
 /// A structure beside those of a table whose fit to the same record holds, and explains what a model leaves over.
 struct Explanation {
-  std::string has;      ///< what it has more: "dry friction", "3 poles and 2 zeros", or the limits of the input
-  std::string options;  ///< of `eha fit`: "--model friction"; empty: the input saturates, which no structure has
-  std::string ratio;    ///< its rms error on unseen data over the model's: "0.064"
+  std::string has;  ///< what it has more: "dry friction", "3 poles and 2 zeros", or the limits of the input
+  /// Of `eha fit`: "--model friction". The input saturates, which no structure has: "--from 12 --to 48", a part within
+  /// its limits; empty without one that is long enough.
+  std::string options;
+  std::string ratio;  ///< its rms error on unseen data over the model's: "0.064"
 };
+
+/// Whether no structure has what explains the rest, as the input saturates.
+[[nodiscard]] bool is_saturation(const Explanation& explanation);
 
 /// Keeps it in the model's provenance, for its verdict and for the next command.
 void note_explanation(Model& model, const Explanation& explanation);

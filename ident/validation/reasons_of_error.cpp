@@ -129,7 +129,7 @@ std::string Reasons::low_r2(const Criterion& c) const {
 }
 
 std::string Reasons::against_explanation() const {
-  return explanation_->options.empty() ? "record as said above." : "fit that structure.";
+  return is_saturation(*explanation_) ? "record as said above." : "fit that structure.";
 }
 
 std::optional<double> Reasons::measured_noise() const {

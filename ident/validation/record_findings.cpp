@@ -39,6 +39,8 @@ constexpr Index kBesideJump = 25;
 constexpr double kCutRows = 4.0;     // compared rows from a jump to where the record is cut
 constexpr double kCutOfTime = 0.01;  // of the time of a jump, where the rows' distance is not known
 constexpr double kJumpOverUsual = 8.0;
+constexpr double kLikeIt = 0.6;        // of the largest change
+constexpr Index kMostJumps = 5;        // more are no loss here and there
 constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
 
 /// Mean input, motion and first output of a few rows.
@@ -262,6 +264,29 @@ class Search {
   std::vector<Window> moving_;
 };
 
+struct LastingStep {
+  Index middle = 0;  ///< first row behind it
+  double change = 0.0;
+};
+
+/// The step of an error whose change over kJumpRows is greatest from row `at`, if a level on each side of it explains
+/// the error there.
+std::optional<LastingStep> lasting_step(const Eigen::VectorXd& e, Index at) {
+  const Index first = std::max<Index>(0, at + kJumpRows / 2 - kBesideJump);
+  const Index last = std::min(e.size(), at + kJumpRows / 2 + kBesideJump);
+  if (at + 1 - first < kShortestWindow || last - at - kJumpRows <= kShortestWindow) return std::nullopt;
+  const auto left_over = [&](Index middle) {
+    return spread(e.segment(first, middle - first)) + spread(e.segment(middle, last - middle));
+  };
+  // The change is as large from any of these rows on; one of them parts the error best.
+  Index middle = at + 1;
+  for (Index k = at + 2; k <= at + kJumpRows; ++k) {
+    if (left_over(k) < left_over(middle)) middle = k;
+  }
+  if (!(left_over(middle) < (1.0 - kJumpExplains) * spread(e.segment(first, last - first)))) return std::nullopt;
+  return LastingStep{middle, e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean()};
+}
+
 bool is_usable(const ComparedRows& rows) {
   const Index n = rows.measured.size();
   return n >= kFewestRows && rows.simulated.size() == n && rows.input.size() == n && rows.time_s.size() == n &&
@@ -277,30 +302,25 @@ std::optional<EndStop> end_stop(const ComparedRows& rows) {
 std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   if (!is_usable(rows)) return std::nullopt;
   const Eigen::VectorXd e = rows.measured - rows.simulated;
-  const Index count = e.size() - kJumpRows;
-  const Eigen::VectorXd change = e.tail(count) - e.head(count);
+  const Eigen::VectorXd change = e.tail(e.size() - kJumpRows) - e.head(e.size() - kJumpRows);
   const double usual = robust_std({change.begin(), change.end()});
-  Index at = 0;
-  const double largest = change.cwiseAbs().maxCoeff(&at);
+  const double largest = change.cwiseAbs().maxCoeff();
   if (!(largest > kJumpOverUsual * usual)) return std::nullopt;
-  for (Index k = 0; k < count; ++k) {
-    if (std::abs(k - at) > 3 * kJumpRows && std::abs(change[k]) > 0.6 * largest) return std::nullopt;
+  std::optional<LastingStep> jump;
+  Index count = 0;
+  for (Index k = 0; k < change.size(); ++k) {
+    if (!(std::abs(change[k]) > kLikeIt * largest)) continue;
+    Index at = k;
+    for (const Index end = std::min(change.size(), k + 3 * kJumpRows + 1); k < end; ++k) {
+      if (std::abs(change[k]) > std::abs(change[at])) at = k;
+    }
+    k = std::max(k - 1, at + 3 * kJumpRows);
+    const std::optional<LastingStep> step = lasting_step(e, at);
+    if (!step || ++count > kMostJumps) return std::nullopt;
+    if (!jump || std::abs(step->change) > std::abs(jump->change)) jump = step;
   }
-  const Index first = std::max<Index>(0, at + kJumpRows / 2 - kBesideJump);
-  const Index last = std::min(e.size(), at + kJumpRows / 2 + kBesideJump);
-  if (at + 1 - first < kShortestWindow || last - at - kJumpRows <= kShortestWindow) return std::nullopt;
-  const auto left_over = [&](Index middle) {
-    return spread(e.segment(first, middle - first)) + spread(e.segment(middle, last - middle));
-  };
-  // The change is as large from any of these rows on; one of them parts the error best.
-  Index middle = at + 1;
-  for (Index k = at + 2; k <= at + kJumpRows; ++k) {
-    if (left_over(k) < left_over(middle)) middle = k;
-  }
-  if (!(left_over(middle) < (1.0 - kJumpExplains) * spread(e.segment(first, last - first)))) return std::nullopt;
-  return ErrorJump{rows.time_s[middle],
-                   e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean(),
-                   kJumpOverUsual * usual};
+  return jump ? std::optional(ErrorJump{rows.time_s[jump->middle], jump->change, kJumpOverUsual * usual})
+              : std::nullopt;
 }
 
 std::string cut_options(const EndStop& stop) {

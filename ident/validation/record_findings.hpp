@@ -28,8 +28,9 @@ struct ComparedRows {
 /// The options that keep the longest stretch without a stay, "--from 12.5 --to 84.9"; empty: the whole record is one.
 [[nodiscard]] std::string cut_options(const EndStop& stop);
 
-/// Finds one sudden lasting change of the error (measured less simulated): more than eight times the usual change
-/// within five rows, and no other like it.
+/// Finds the greatest sudden lasting change of the error (measured less simulated): more than eight times the usual
+/// change within five rows. Up to four others may be like it, as where rows are missing at several places, if each is
+/// as sudden and lasting.
 /// @returns none on fewer than 60 rows. Cost O(N log N).
 [[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
 

@@ -158,6 +158,22 @@ TEST(StructureTrial, NamesALimitOfTheInputByItsSize) {
       << model.verdict->reasons.front();
 }
 
+TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  Eigen::VectorXd input = levels(5.0, 2);
+  const Eigen::Index from = 3 * input.size() / 5;
+  input.tail(input.size() - from) *= 0.3;
+  const ident::Record record = record_of(lag, input, 2.0);
+  const ident::Model model = model_of(record, ident::structures::io1());
+  const auto explained = ident::explanation(model);
+  ASSERT_TRUE(explained);
+  EXPECT_TRUE(ident::is_saturation(*explained));
+  ASSERT_TRUE(explained->options.starts_with("--from ")) << explained->options;
+  EXPECT_NEAR(std::stod(explained->options.substr(7)), record.start_s + static_cast<double>(from) * record.step_s, 1.0);
+  const std::string& first = model.verdict->reasons.front();
+  EXPECT_NE(first.find("cut to a part with such (" + explained->options + ")"), std::string::npos) << first;
+}
+
 TEST(StructureTrial, AdvisesNothingWhereTheStructureIsThePlants) {
   const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
   for (const int seed : {3, 4, 5}) {

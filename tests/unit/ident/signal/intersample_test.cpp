@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace eha::ident {
 namespace {
@@ -70,6 +71,22 @@ TEST(Intersample, TellsASampledSignalFromLevels) {
   for (Eigen::Index k = 0; k < 200; ++k) levels[k] = k / 20 % 2 == 0 ? 1.0 : -1.0;
   EXPECT_EQ(movement_within_half_a_row(levels), 0.0);
   EXPECT_EQ(movement_within_half_a_row(Eigen::VectorXd::Constant(200, 1.0)), 0.0);
+}
+
+TEST(Intersample, TellsASumOfTonesFromLevelsHoweverFewRowsTheirPeriodHas) {
+  Eigen::VectorXd tones = Eigen::VectorXd::Zero(1800);
+  const double rate_Hz = 30.0;
+  for (const double f : {0.5, 1.0, 2.0, 3.5, 5.0, 8.0, 10.0}) {
+    for (Eigen::Index k = 0; k < tones.size(); ++k) {
+      tones[k] += std::cos(2.0 * std::numbers::pi * f * static_cast<double>(k) / rate_Hz + f * f);
+    }
+  }
+  EXPECT_GT(movement_within_half_a_row(tones), 0.3);
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd levels(1800);
+  for (double& level : levels) level = normal(random);
+  EXPECT_EQ(movement_within_half_a_row(levels), 0.0) << "another level each row";
 }
 
 }  // namespace

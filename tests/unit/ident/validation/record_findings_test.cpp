@@ -7,7 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "ident/estimation/fit.hpp"
 #include "ident/validation/verdict.hpp"
@@ -204,6 +206,29 @@ TEST(ErrorJumpTest, IsCutAtTimesOfFewDigits) {
   const CutBeside late = cut_beside({.time_s = 12345.67, .change = 1.0}, 0.02);
   EXPECT_NEAR(late.to_s, 12345.59, 0.011);
   EXPECT_NEAR(late.from_s, 12345.75, 0.011);
+}
+
+TEST(ErrorJumpTest, IsFoundWhereRowsAreMissingAtSeveralPlaces) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const Record whole = rod(100.0, 0.0, seed);
+    const Eigen::VectorXd time =
+        whole.step_s * Eigen::VectorXd::LinSpaced(whole.output.size(), 0.0, kFindingRows - 1.0);
+    const Eigen::VectorXd model = whole.output;
+    const auto jump_of = [&](const std::vector<Eigen::Index>& places, double falls_by) {
+      Eigen::VectorXd measured = model;
+      std::mt19937_64 random(seed);
+      std::normal_distribution<double> noise(0.0, 0.001);
+      for (double& y : measured) y += noise(random);
+      double by = 0.05;
+      for (const Eigen::Index at : places) measured.tail(measured.size() - at).array() += (by *= -falls_by);
+      return error_jump({time, whole.input, measured, model});
+    };
+    const std::optional<ErrorJump> jump = jump_of({600, 1700}, 0.8);
+    ASSERT_TRUE(jump) << seed;
+    EXPECT_NEAR(jump->time_s, time[600], 0.2) << "the greatest";
+    EXPECT_NEAR(jump->change, -0.04, 0.005);
+    EXPECT_FALSE(jump_of({300, 500, 700, 900, 1100, 1300, 1500}, 0.99)) << "too many for a loss here and there";
+  }
 }
 
 TEST(ErrorJumpTest, IsNotAPulseNorNoise) {
