@@ -40,6 +40,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "daemon/record/sheet_beside.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -193,11 +194,14 @@ ValveNow valve_by(const Identification& identification, const FitCommand& comman
     }
   }
   if (source.run_folder && warn_of_leak(*source.run_folder, console, source.units)) return ValveNow::leaks;
+  bool is_in_doubt = false;
   for (const identify::IdentifiedModel& model : identification.models) {
     const bool is_recommended = model.result.model.name == identification.recommendation.model;
-    if (is_recommended) say_map_note(model.result.model, source.run_folder.value_or(""), console);
+    if (!is_recommended) continue;
+    say_map_note(model.result.model, source.run_folder.value_or(""), console);
+    is_in_doubt = source.run_folder && ident::map_shift(model.result.model).has_value();
   }
-  return ValveNow::as_known;
+  return is_in_doubt && !record::newest_sheet_run(*source.run_folder) ? ValveNow::changed : ValveNow::as_known;
 }
 
 /// Whether a run tripped by its readings while the rod was within the limit.
@@ -316,6 +320,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (answered.straight) console.next_step(*answered.straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
+  } else if (first == ident::FirstStep::against_lost_rows) {
+    console.next_step("eha doctor");
   } else if (valve == ValveNow::changed) {
     console.next_step(suggest::characterise(console.rig()));
   } else if (const auto next = identify::next_experiment_file(written)) {

@@ -149,7 +149,8 @@ ValveNow warn_of_changed_valve(const fs::path& run, const Console& console) {
     console.warning(beside->headline + (is_another ? "" : to_do));
   }
   const bool is_measured_since = sheet && is_of_one_valve(model, *sheet);
-  return (has_changed || is_another) && !is_measured_since ? ValveNow::changed : ValveNow::as_known;
+  const bool is_in_doubt = ident::map_shift(model) && !sheet_run;  // `eha tune` does not take such a map
+  return ((has_changed || is_another) && !is_measured_since) || is_in_doubt ? ValveNow::changed : ValveNow::as_known;
 }
 
 }  // namespace eha::cli

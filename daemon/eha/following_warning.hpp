@@ -54,8 +54,10 @@ std::optional<std::string> warn_of_unused_sheet(const std::filesystem::path& run
 /// What a run says of its valve beside rig file and valve sheet.
 enum class ValveNow {
   as_known,
-  changed,  ///< since the rig file was measured, and no newer valve sheet agrees with the run
-  leaks,    ///< by the newest valve sheet
+  /// Since the rig file was measured, and no newer valve sheet agrees with the run; or the run's map is too far off to
+  /// say, and no sheet lies beside it.
+  changed,
+  leaks,  ///< by the newest valve sheet
 };
 
 /// The same for a run's rig file and the model that the run recommends, after say_map_note() of it. Names a gain that

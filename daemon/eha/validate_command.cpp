@@ -128,7 +128,7 @@ std::string effect_beside(const ident::Model& model, const ident::ValidationRepo
   };
   const auto own = shown(model.validation);
   const auto here = shown(other);
-  return own && here && own->kind != here->kind ? ident::effect_of(*own) : std::string();
+  return own && here && own->kind != here->kind ? ident::effect_of(model) : std::string();
 }
 
 /// Whether a file needs no option to be read, as `eha compare` has none.

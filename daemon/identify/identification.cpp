@@ -29,6 +29,7 @@
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/measured_noise.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::identify {
 namespace {
@@ -63,6 +64,12 @@ bool moves_once(const Eigen::VectorXd& input) {
   return way < kWayOverRange * std::abs(means[kParts - 1] - means[0]);
 }
 
+/// "0.63 periods", "1 period"
+std::string periods_text(double periods) {
+  const std::string count = fmt::format("{:.2g}", periods);
+  return count + (count == "1" ? " period" : " periods");
+}
+
 struct PieceRemark {
   std::string sentence;
   std::optional<ident::RecordFacts::Piece> piece = {};  ///< none where a longer record tells no more
@@ -90,9 +97,9 @@ std::optional<PieceRemark> piece_remark(const IdentificationTask& task) {
   }
   const double enough_s = rows * step_s * kEnoughPeriods / periods;
   std::string sentence = fmt::format(
-      "the record is short: the {:.3g} s that estimate a model hold {:.2g} periods of the input's fastest motion, and "
-      "no whole one of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
-      estimating_s, periods, enough_s);
+      "the record is short: the {:.3g} s that estimate a model hold {} of the input's fastest motion, and no whole one "
+      "of what is slower; other models may follow it as well, with another gain; record {:.3g} s or more",
+      estimating_s, periods_text(periods), enough_s);
   return PieceRemark{std::move(sentence), ident::RecordFacts::Piece{rows * step_s, enough_s}};
 }
 
@@ -351,6 +358,7 @@ IdentificationTask task_of(const Source& source) {
                           .slow_rows = source.slow_rows,
                           .gaps = source.gaps,
                           .without_gaps = source.without_gaps,
+                          .against_lost_rows = std::string(source.run_folder ? ident::kAgainstLateTicks : ""),
                           .within_dead_band = within_dead_band(source),
                           .at_command_limit = at_command_limit(source),
                           .unmeasured = source.unmeasured,
@@ -384,6 +392,7 @@ IdentificationTask with_record(const IdentificationTask& task, const ident::Reco
           .slow_rows = task.slow_rows,
           .gaps = task.gaps,
           .without_gaps = task.without_gaps,
+          .against_lost_rows = task.against_lost_rows,
           .within_dead_band = task.within_dead_band,
           .at_command_limit = task.at_command_limit,
           .trend = task.trend,

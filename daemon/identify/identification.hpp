@@ -39,6 +39,7 @@ struct IdentificationTask {
   std::string slow_rows = {};             ///< as Source
   std::string gaps = {};                  ///< as Source
   importer::Cut without_gaps = {};        ///< as Source
+  std::string against_lost_rows = {};     ///< of a run: what to do where its rows were not measured
   std::string within_dead_band = {};      ///< of identify::within_dead_band()
   std::string at_command_limit = {};      ///< of identify::at_command_limit()
   std::string trend = {};                 ///< the line that was taken out of the output, see without_trend()

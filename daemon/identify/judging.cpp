@@ -77,12 +77,15 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
   for (const char* key :
        {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
         ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord, ident::kGainChanged,
-        ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows}) {
+        ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows, ident::kAgainstLostRows}) {
     model.provenance.erase(key);
   }
   ident::forget_explanation(model);
   if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
+  if (!task.against_lost_rows.empty() && task.unmeasured.rows > 0) {
+    model.provenance[ident::kAgainstLostRows] = task.against_lost_rows;
+  }
   if (!task.within_dead_band.empty()) model.provenance[ident::kWithinDeadBand] = task.within_dead_band;
   if (!task.at_command_limit.empty()) model.provenance[ident::kAtCommandLimit] = task.at_command_limit;
   if (!task.frozen.empty()) {

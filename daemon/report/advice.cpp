@@ -9,6 +9,8 @@
 
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/explanation.hpp"
+#include "ident/validation/first_step.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::report {
@@ -25,10 +27,19 @@ std::string named_in_box(const ident::Model& model) {
   return is_named ? std::string(kBoxSays) : std::string();
 }
 
+std::string nothing_to_do(const Subject& subject) {
+  return subject.next_step().first == ident::FirstStep::none ? "Nothing."
+                                                             : "Nothing here; what comes first the box above says.";
+}
+
 std::string against_error(const ident::Model& model) {
   using ident::ErrorCause;
   if (!model.verdict) return {};
   const std::string in_box(kBoxSays);
+  if (const auto explanation = ident::explanation_of(model, *model.verdict)) {
+    return (explanation->options.empty() ? "The plant saturates: " : "Another structure describes what is left: ") +
+           in_box;
+  }
   switch (ident::error_cause(model, *model.verdict)) {
     case ErrorCause::frozen:
       return "The sensor froze, which no model follows: cut that part as the box above says.";
@@ -43,6 +54,7 @@ std::string against_error(const ident::Model& model) {
     case ErrorCause::input_noise:
       return "The measured input is noisy: " + in_box;
     case ErrorCause::missing_part:
+      if (ident::is_rather_nonlinear(model, *model.verdict)) return "The plant is not linear: " + in_box;
       return fmt::format("The model {} misses a part of the plant: {}", model.name, kBoxSays);
     case ErrorCause::nonlinear:
       return "The plant is not linear: " + in_box;

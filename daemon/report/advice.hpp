@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "daemon/report/subject.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::report {
@@ -12,6 +13,9 @@ namespace eha::report {
 
 /// "the box above says what to do." where a criterion of the model failed; else empty.
 [[nodiscard]] std::string named_in_box(const ident::Model& model);
+
+/// For a section that shows no fault: "Nothing.", or that the box asks for something first.
+[[nodiscard]] std::string nothing_to_do(const Subject& subject);
 
 /// Names a model's error by the cause that the box at the top of the page names; empty if none is known.
 [[nodiscard]] std::string against_error(const ident::Model& model);

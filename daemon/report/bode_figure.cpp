@@ -28,7 +28,7 @@ constexpr std::size_t kPointsOfPeak = 24;  ///< on either side of one, between t
 constexpr int kMapStyle = 2;
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
-constexpr double kBeyondModel_dB = 40.0;   // of the models' gains: noise far below would flatten them
+constexpr double kBeyondModel_dB = 10.0;   // of models' and measured gains: noise far below would flatten them
 
 /// Grows to hold finite values.
 struct Range {
@@ -380,10 +380,16 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     gain.series.push_back(std::move(with_map));
     phase.series.push_back(std::move(map_phase));
   }
-  const Range of_models = gains;
+  Range wanted = gains;  // of models and measured lines
   if (response != nullptr) add_measured(*response, gain, phase, gains, phases);
+  for (const Series& series : gain.series) {
+    if (series.mark != Mark::error_bars) continue;
+    for (const std::vector<double>* ends : {&series.lower, &series.upper}) {
+      for (const double value : *ends) wanted.add(value);
+    }
+  }
   phases.keep_within(readable.low - kBeyondBand_deg, readable.high + kBeyondBand_deg);
-  gains.keep_within(of_models.low - kBeyondModel_dB, of_models.high + kBeyondModel_dB);
+  gains.keep_within(wanted.low - kBeyondModel_dB, wanted.high + kBeyondModel_dB);
   if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
     for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});
   }

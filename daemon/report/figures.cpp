@@ -27,6 +27,7 @@ constexpr double kMargin = 0.08;  // of a range, beyond the least and the greate
 constexpr int kArcPoints = 90;
 constexpr int kMostRings = 3;
 constexpr int kTripStyle = 3;
+constexpr const char* kReadings = "single readings";
 constexpr std::size_t kParts = 500;    // of a curve's time, each drawn as its least and its greatest value
 constexpr double kStandsStill = 1e-5;  // range of an output that is constant, of its value
 
@@ -269,15 +270,15 @@ void add_rest(plot::Figure& figure, const identify::FitTable& table, const ident
   const double share = (time_s.back() - time_s.front()) / (time_s.back() - table.time_s.front());
   const auto parts = static_cast<std::size_t>(std::ceil(share * static_cast<double>(kParts)));
   if (parts == 0) return;
-  figure.panels.front().series.push_back(curve(time_s, output, "", 0, parts));
-  figure.panels.back().series.push_back(curve(time_s, input, "", 1, parts));
+  figure.panels.front().series.push_back(curve(time_s, output, kReadings, plot::kGuideStyle, parts));
+  figure.panels.back().series.push_back(curve(time_s, input, "each tick", plot::kGuideStyle, parts));
 }
 
 plot::Figure ended_trial_figure(const identify::FitTable& rows, const std::string& title) {
   plot::Figure figure = fit_figure(rows, {"reference"}, std::nullopt, title);
   figure.panels[0].series.front().label = "rod";
   figure.panels[1].y_label = axis_label({"error, rod - reference", rows.output.unit});
-  for (Series& error : figure.panels[1].series) error.label = "single readings";
+  for (Series& error : figure.panels[1].series) error.label = kReadings;
   figure.panels[2].series.front().label.clear();
   return figure;
 }

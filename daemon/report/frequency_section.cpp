@@ -154,11 +154,12 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
       "The bars of the gain error reach 0. The line passes through the points, noise and distortion lie at least 30 dB "
       "below the gain. Outside the measured "
       "frequencies the model extrapolates.";
-  remark.good +=
+  const std::string grey =
       reported.usable_band()
-          ? " The shaded frequencies are the usable band, where the grey band shows the 95 % bounds: beyond, the "
-            "record does not test the structure."
+          ? " The shaded frequencies are the usable band, where the grey band about the line shows the 95 % bounds: "
+            "beyond, the record does not test the structure."
           : " The grey band shows the 95 % bounds.";
+  remark.good += grey;
   const bool is_close = distance.gain_dB < kClose_dB && distance.phase_deg < kClose_deg;
   if (distance.missed > 0) {
     remark.seen += fmt::format(" The bars of {} of the {} lines do not hold 0: more than noise is left there.",
@@ -177,14 +178,13 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
         "behind its map, linearised for this record's input.";
     remark.good =
         "The bars of the gain error reach 0, and the squares lie on the measured points: below the line, as the dead "
-        "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates.";
+        "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates." +
+        grey;
     remark.to_do = is_close ? nothing + " For commands of another amplitude the squares move; the line does not."
                             : against_difference(reported.model, "squares and points", distance.gain_dB);
   } else if (reported.model.input_map) {
     remark.good =
-        "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude. The shaded "
-        "frequencies are the usable band, where the grey band shows the model's 95 % bounds: beyond, the record does "
-        "not test the structure.";
+        "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude." + grey;
     remark.seen += " The line shows the linear part above the dead band; the valve map lowers the measured gain.";
     remark.to_do =
         "Judge this model by the plot over time: with a dead band no transfer function alone passes through the bars.";

@@ -49,8 +49,8 @@ constexpr std::string_view kProbability = ", p";  // at the end of the words of 
 std::string short_note(const ident::Criterion& criterion) {
   if (criterion.judged) return note_of(criterion);
   const std::string words = words_of(criterion);
-  return "not judged: " +
-         words.substr(0, words.ends_with(kProbability) ? words.size() - kProbability.size() : words.size());
+  if (!words.ends_with(kProbability)) return "not judged: " + words;
+  return "not judged whether " + words.substr(0, words.size() - kProbability.size());
 }
 
 /// The first of what a model fails in or is not judged in.

@@ -9,6 +9,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
 #include "ident/estimation/fit_rows.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
@@ -43,6 +44,8 @@ std::string first_step(const Subject& subject) {
                                next.cut_options)
                  : fmt::format("first `{}`, the part of the record that shows the plant.",
                                fmt::format("eha fit {} {}", folder_word(subject), next.cut_options));
+    case ident::FirstStep::against_lost_rows:
+      return std::string(ident::kAgainstLateTicks) + ".";
     case ident::FirstStep::smaller_amplitude:
       return "first record with smaller amplitudes, or nearer to mid-travel; a longer record would come to an end of "
              "the output as well.";
@@ -114,6 +117,9 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
     text += "`eha characterise` measures the valve anew; before that no controller should rest on either. Then ";
   } else if (!first.empty()) {
     text += first + " Then ";
+  } else if (subject.manifest && subject.sheet_says == ident::SheetSays::nothing && ident::map_shift(reported.model)) {
+    text +=
+        "`eha characterise` measures the valve, which this record does not show well enough for a controller. Then ";
   } else if (subject.manifest) {
     text += fmt::format("`{}` makes a controller of it and says what the rod will do; ",
                         on_one_line(suggest::tune(*subject.access(), subject.folder.empty() ? "RUN" : subject.folder)));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/report/advice.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
@@ -56,7 +57,7 @@ plot::Figure interval_figure(const Model& model, const std::vector<const Paramet
   return {.title = "95 % intervals of the parameters of " + model.name, .panels = {std::move(panel)}};
 }
 
-Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>& parameters) {
+Remark remark_on(const Subject& subject, const Model& model, const std::vector<const ParameterEstimate*>& parameters) {
   std::vector<std::string> may_be_0;
   std::vector<std::string> wide;
   for (const ParameterEstimate* parameter : parameters) {
@@ -85,7 +86,7 @@ Remark remark_on(const Model& model, const std::vector<const ParameterEstimate*>
       "0.";
   remark.to_do =
       may_be_0.empty() && wide.empty()
-          ? "Nothing."
+          ? nothing_to_do(subject)
           : "If you need these parameters, excite where they act: high frequencies for a2 and delays, slow "
             "tones and a longer record for a0 and input_bias. If not, a model without them predicts as well.";
   return remark;
@@ -141,7 +142,7 @@ Section parameter_section(const Subject& subject) {
     }
     if (section.items.empty() && !estimated.empty()) {
       item.figure = interval_figure(model, estimated);
-      item.remark = remark_on(model, estimated);
+      item.remark = remark_on(subject, model, estimated);
     }
     section.items.push_back(std::move(item));
   }

@@ -17,7 +17,7 @@ bool has_note(const ident::Verdict& verdict) {
                      [](const ident::Criterion& c) { return has_failed(c); });
 }
 
-Remark remark_on_residual(const ident::Model& model) {
+Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
   const ident::ValidationReport& validation = *model.validation;
   Remark remark;
   remark.seen = fmt::format(
@@ -40,7 +40,7 @@ Remark remark_on_residual(const ident::Model& model) {
       "intervals allow for it.";
   const bool passes = model.verdict && !has_note(*model.verdict);
   const std::string known = passes ? "" : against_error(model);
-  remark.to_do = known.empty() ? "Nothing." : known;
+  remark.to_do = known.empty() ? nothing_to_do(subject) : known;
   return remark;
 }
 
@@ -55,7 +55,7 @@ Section residual_section(const Subject& subject) {
   item.figure = {.title = item.heading,
                  .panels = {correlation_panel(model.validation->acf, "with itself"),
                             correlation_panel(model.validation->ccf, "with the input")}};
-  item.remark = remark_on_residual(model);
+  item.remark = remark_on_residual(subject, model);
   section.items.push_back(std::move(item));
   return section;
 }

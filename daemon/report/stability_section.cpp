@@ -76,7 +76,7 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
         is_allowed && !is_damped
             ? "A pole beside that at 0 is lightly damped: check its resonance against the measured response. " +
                   integrates + "."
-        : is_allowed ? "Nothing. " + integrates + ", and the limits of [acceptance] allow it."
+        : is_allowed ? nothing_to_do(subject) + " " + integrates + ", and the limits of [acceptance] allow it."
                      : integrates + ". Accept it with require_stable = false in [acceptance].";
   } else if (!stability.stable) {
     remark.to_do =
@@ -91,7 +91,7 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
   } else {
     remark.to_do = stability.margin_rad < kSmallMargin_rad
                        ? "It is lightly damped: check the resonance against the measured response."
-                       : "Nothing.";
+                       : nothing_to_do(subject);
   }
   return remark;
 }

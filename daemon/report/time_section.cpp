@@ -9,6 +9,7 @@
 
 #include "core/capitalised.hpp"
 #include "core/display_unit.hpp"
+#include "core/time_text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/report/advice.hpp"
 #include "daemon/report/figures.hpp"
@@ -197,6 +198,22 @@ Item of_record(const Subject& subject) {
   return item;
 }
 
+/// Says which part of a run that tripped is drawn as it was fitted, and which as it was read; empty where nothing lies
+/// beyond the fit.
+std::string which_rows(const identify::FitTable& table, const ident::Record& record) {
+  const double end_s = record.start_s + static_cast<double>(record.output.size() - 1) * record.step_s;
+  if (!(end_s > table.time_s.back())) return {};
+  const std::size_t rows = table.time_s.size();
+  const bool is_filtered = rows > 1 && table.time_s[1] - table.time_s[0] > 1.5 * record.step_s;
+  return fmt::format(
+      " To {} s the curves show the rows of the fit{}; from there to the trip each reading and command by itself, with "
+      "all its noise.",
+      time_text(table.time_s.back()),
+      is_filtered ? fmt::format(", filtered and one every {:.4g} ms, which hides the noise of a single reading",
+                                1e3 * (table.time_s[1] - table.time_s[0]))
+                  : "");
+}
+
 }  // namespace
 
 Section time_section(const Subject& subject) {
@@ -224,6 +241,7 @@ Section time_section(const Subject& subject) {
   if (subject.trip_s() && subject.record) add_rest(*item.figure, subject.fit, *subject.record);
   if (const auto trip_s = subject.trip_s()) mark_trip(*item.figure, *trip_s);
   item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);
+  if (subject.trip_s() && subject.record) item.remark.seen += which_rows(subject.fit, *subject.record);
   section.items.push_back(std::move(item));
   return section;
 }

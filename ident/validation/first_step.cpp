@@ -70,6 +70,11 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
     const std::string cut = told(*model, kWithoutGaps);
     if (fails(*model, {Kind::interpolated, Kind::unmeasured}) && !cut.empty()) return {FirstStep::cut, cut};
   }
+  if (all([](const Model* model) {
+        return fails(*model, {Kind::interpolated, Kind::unmeasured}) && !told(*model, kAgainstLostRows).empty();
+      })) {
+    return {FirstStep::against_lost_rows};
+  }
   // Of rejected models the one that errs least tells most of the record.
   const Model& nearest = **std::min_element(
       counted.begin(), counted.end(), [](const Model* a, const Model* b) { return shown_mse(*a) < shown_mse(*b); });

@@ -13,6 +13,7 @@ namespace eha::ident {
 enum class FirstStep {
   look_at_sensor,     ///< the record shows no motion: shows_no_motion()
   cut,                ///< a part of the record is none of the plant: a frozen sensor, an end stop, a jump, gaps
+  against_lost_rows,  ///< ticks of a run were late or lost: its computer is in the way, which no longer record mends
   smaller_amplitude,  ///< the output is at an end now and then, which no cut leaves out
   longer_record,      ///< the record is too short to judge the recommended model
   none,               ///< nothing does

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
@@ -54,9 +55,12 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   }
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
     return fmt::format(
-        "{}the error is more than white noise, the model lacks a part of the plant. They lower the grade to {} and do "
-        "not reject it, since the error is small: {}.",
-        outside, text(verdict.grade), scatter_text(model));
+        "{}the error is more than white noise, {}. They lower the grade to {} and do not reject it, since the error is "
+        "small: {}.",
+        outside,
+        is_rather_nonlinear(model, verdict) ? "as the plant is not linear as the model is"
+                                            : "the model lacks a part of the plant",
+        text(verdict.grade), scatter_text(model));
   }
   if (!with_input) {
     return fmt::format(

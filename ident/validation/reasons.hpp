@@ -41,6 +41,8 @@ class Reasons {
   [[nodiscard]] bool is_cut_advised() const;
   /// "cut with --from 3 --to 8", the longest part that does not stand at an end.
   [[nodiscard]] std::string cut_of_record() const;
+  /// What to do where rows were not measured. @param of_file  what helps in a file, but for recording again
+  [[nodiscard]] std::string against_lost_rows(std::string_view of_file) const;
   /// "; beside the drift the plant is about K = 1.79 V/V; T = 0.492 s".
   [[nodiscard]] std::string beside_the_drift() const;
   /// ", or, as its own record has it, on the direction of motion, ..." where that shows another effect.

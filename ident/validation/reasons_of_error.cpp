@@ -24,6 +24,9 @@ namespace {
 
 using Kind = CriterionKind;
 
+constexpr std::string_view kMeasureTheValve =
+    "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
+
 }  // namespace
 
 std::string Reasons::no_motion() const {
@@ -68,6 +71,11 @@ bool Reasons::is_cut_advised() const {
 std::string Reasons::cut_of_record() const {
   const auto cut = model_.provenance.find(kCutOfRecord);
   return cut == model_.provenance.end() ? "cut that part" : "cut with " + cut->second;
+}
+
+std::string Reasons::against_lost_rows(std::string_view of_file) const {
+  const auto of_run = model_.provenance.find(kAgainstLostRows);
+  return of_run == model_.provenance.end() ? fmt::format("{}, or record again", of_file) : of_run->second;
 }
 
 std::string Reasons::beside_the_drift() const {
@@ -168,9 +176,7 @@ std::string Reasons::remedy() const {
   if (is_rather_nonlinear(model_, verdict_)) return against_nonlinearity();
   if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
   if (!better_grey_box().empty()) return better_grey_box();
-  if (noted_shift(model_)) {
-    return "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
-  }
+  if (noted_shift(model_)) return std::string(kMeasureTheValve);
   if (verdict_.beside_ladder) {
     return fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
                ? "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to "
@@ -198,6 +204,7 @@ std::string Reasons::against_nonlinearity() const {
                             "spring): the structure friction is of a rod that integrates"
                       : box + larger;
   }
+  if (is_of_bent_edges(model_, test)) return box + std::string(kMeasureTheValve);
   if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls) {
     return "record smaller amplitudes, below which nothing saturates, or cut to a part with such (--from, --to)";
   }

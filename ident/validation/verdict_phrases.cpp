@@ -9,6 +9,7 @@
 #include "core/time_text.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -45,6 +46,17 @@ std::string effect_of(const NonlinearityTest& test) {
   if (!test.or_kind) return effect;
   return fmt::format("{}, or on the {}, which this record does not tell apart", effect,
                      effect_of_one({.test = {}, .kind = *test.or_kind}));
+}
+
+std::string effect_of(const Model& model) {
+  const NonlinearityTest& test = *model.validation->tests->nonlinearity;
+  if (!is_of_bent_edges(model, test)) return effect_of(test);
+  return "level of the input, as where a leak or friction, which move the rod within the dead band of the model's map, "
+         "bend its edges";
+}
+
+bool is_of_bent_edges(const Model& model, const NonlinearityTest& test) {
+  return test.kind == NonlinearKind::level && noted_shift(model);
 }
 
 std::string levels_text(const InputLevels& levels, const std::string& unit) {

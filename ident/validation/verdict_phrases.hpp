@@ -22,6 +22,13 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// What the residual depends on, and what of a plant makes it do so.
 [[nodiscard]] std::string effect_of(const NonlinearityTest& test);
 
+/// The same of the test of a model, whose map may explain it. @pre the model has the test
+[[nodiscard]] std::string effect_of(const Model& model);
+
+/// Whether an effect of the input's level is that of a map's edges, which a leak or friction bends (noted_shift()):
+/// beside them a gain that falls is no saturation.
+[[nodiscard]] bool is_of_bent_edges(const Model& model, const NonlinearityTest& test);
+
 /// "+-1.5 V", "0 and 2 V" or "2 V". @param unit  of the input
 [[nodiscard]] std::string levels_text(const InputLevels& levels, const std::string& unit);
 
@@ -35,6 +42,11 @@ inline constexpr const char* kCutOfRecord = "cut";
 /// The provenance of a model that says where the sensor of its record froze ("from 30 to 49.98 s").
 inline constexpr const char* kFrozenOfRecord = "frozen";
 inline constexpr const char* kWithoutFrozen = "without_frozen";  ///< and the options that keep the longest part without
+
+/// The provenance of a model of a run that says what to do where its rows were not measured.
+inline constexpr const char* kAgainstLostRows = "against_lost_rows";
+inline constexpr std::string_view kAgainstLateTicks =
+    "`eha doctor` and `eha latency --load` say what makes ticks late or loses them; then record again";
 
 /// The provenance of a model that says where rows of its record were not measured ("from 42 to 42.29 s").
 inline constexpr const char* kGapsOfRecord = "gaps";

@@ -104,15 +104,16 @@ std::string Reasons::failed(const Criterion& c) const {
   switch (c.kind) {
     case Kind::interpolated:
       return fmt::format(
-          "Part of the record was not measured: {:.3g} % of its rows are interpolated{}, more than {:.3g} %; cut "
-          "with --from and --to to a part that was, or record again.",
-          c.value, model_.procedure == "paper" ? "" : " in gaps", c.limit);
+          "Part of the record was not measured: {:.3g} % of its rows are interpolated{}, more than {:.3g} %; {}.",
+          c.value, model_.procedure == "paper" ? "" : " in gaps", c.limit,
+          against_lost_rows("cut with --from and --to to a part that was"));
     case Kind::unmeasured:
       return fmt::format(
-          "Too little of the record was measured: {:.3g} % of its rows lack a value, more than {:.3g} %; cut with "
-          "--from and --to to a part that lacks fewer, keep every nth row where the sensor is read so seldom, or "
-          "record again.",
-          c.value, c.limit);
+          "Too little of the record was measured: {:.3g} % of its rows lack a value, more than {:.3g} %; {}.", c.value,
+          c.limit,
+          against_lost_rows(
+              "cut with --from and --to to a part that lacks fewer, keep every nth row where the sensor is read so "
+              "seldom"));
     case Kind::record_length:
       return fmt::format(
           "Too short to judge: {:.3g} s, record at least {:.3g} s; other models follow such a piece of the input's "
@@ -168,7 +169,7 @@ std::string Reasons::failed(const Criterion& c) const {
       return fmt::format(
           "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
           "another amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
-          effect_of(*model_.validation->tests->nonlinearity), effect_on_own_record(), c.value,
+          effect_of(model_), effect_on_own_record(), c.value,
           is_rather_nonlinear(model_, verdict_) ? ", or " + against_nonlinearity() : "", friction_in_the_map());
     case Kind::future_input:
       return fmt::format(

@@ -86,6 +86,10 @@ TEST(Identify, SaysOfAPieceThatManyCurvesFollowIt) {
   const std::string& warning = found.warnings.back();
   EXPECT_EQ(warning.rfind("the record is short: the 1.5 s that estimate a model hold", 0), 0U) << warning;
   EXPECT_EQ(found.models.at(0).result.model.provenance.at("remarks"), warning) << "a report has it from there";
+  IdentificationTask task = task_with_one_pole(source);
+  task.excited = ident::FrequencyInterval{0.1, 1.0 / 1.5};
+  const std::string one = identify(source, std::move(task), {}, {}).warnings.back();
+  EXPECT_NE(one.find("hold 1 period of the input's fastest motion"), std::string::npos) << one;
 }
 
 TEST(Identify, RecommendsNoModelOfAPieceThatNothingJudges) {

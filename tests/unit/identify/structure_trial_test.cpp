@@ -163,8 +163,9 @@ TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
   Eigen::VectorXd input = levels(5.0, 2);
   const Eigen::Index from = 3 * input.size() / 5;
   input.tail(input.size() - from) *= 0.3;
-  const ident::Record record = record_of(lag, input, 2.0);
-  const ident::Model model = model_of(record, ident::structures::io1());
+  const Source source = record_of(lag, input, 2.0);
+  const ident::Record& record = source.record;
+  const ident::Model model = model_of(source, ident::structures::io1());
   const auto explained = ident::explanation(model);
   ASSERT_TRUE(explained);
   EXPECT_TRUE(ident::is_saturation(*explained));

@@ -426,6 +426,23 @@ TEST(BodeFigure, SaysWhereNoiseLiesThatItsAxisDoesNotReach) {
   }
 }
 
+TEST(BodeFigure, ChoosesItsAxisByModelsAndMeasuredLinesNotByNoise) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.05, 0.2, 0.6};
+  const ident::BodeCurve curve = ident::bode_curve(reported.model, f, {});
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std", "noise_dB"};
+  response.columns = {f, {}, curve.gain_dB, curve.phase_deg, {1e-4, 1e-4, 1e-4}, {-90.0, -90.0, -90.0}};
+  for (const double dB : curve.gain_dB) response.columns[1].push_back(std::pow(10.0, dB / 20.0));
+  const auto span = [&] {
+    const auto range = bode_figure({&reported}, &response, "Bode plot").panels[0].y_range;
+    return range->second - range->first;
+  };
+  const double with_noise = span();
+  response.columns[5] = std::vector<double>(3, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_LE(with_noise, span() + 15.0);
+}
+
 TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {
   Subject subject = subject_of("run", ident::Grade::good);
   for (const auto& [name, error] : {std::pair("far", 0.5), std::pair("near", 0.001), std::pair("lost", std::nan(""))}) {
@@ -447,6 +464,8 @@ TEST(TripFigure, MarksTheTripBeyondTheLastRowOfTheFit) {
   record.input = record.output = Eigen::VectorXd::LinSpaced(420, 0.0, 1.0);  // 0.23 s beyond the last row of the fit
   add_rest(figure, subject.fit, record);
   EXPECT_NEAR(figure.panels.front().series.back().x.back(), 4.19, 1e-9);
+  EXPECT_EQ(figure.panels.front().series.back().label, "single readings");
+  EXPECT_EQ(figure.panels.back().series.back().label, "each tick");
   mark_trip(figure, 4.2);
   EXPECT_EQ(figure.panels.front().series.back().label, "trip at 4.2 s");
   for (const plot::Panel& panel : figure.panels) {
@@ -454,6 +473,21 @@ TEST(TripFigure, MarksTheTripBeyondTheLastRowOfTheFit) {
     EXPECT_GT(panel.x_range->second, 4.2);
   }
   EXPECT_DOUBLE_EQ(figure.panels[1].rules.back().at, 4.2);
+}
+
+TEST(TripFigure, SaysWhichPartIsFiltered) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.manifest.emplace();
+  (*subject.manifest)["outcome"] = "faulted";
+  (*subject.manifest)["report"]["fault"]["at_s"] = 4.2;
+  subject.record.emplace();
+  subject.record->step_s = 0.01;
+  subject.record->input = subject.record->output = Eigen::VectorXd::LinSpaced(420, 0.0, 1.0);
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("To 3.96 s the curves show the rows of the fit, filtered and one every 40 ms"),
+            std::string::npos);
+  (*subject.manifest)["outcome"] = "completed";
+  EXPECT_EQ(page_of(subject).html.find("the rows of the fit, filtered"), std::string::npos);
 }
 
 TEST(TripFigure, DrawsTheRestNoDenserThanTheFit) {

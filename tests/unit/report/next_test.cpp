@@ -58,6 +58,30 @@ TEST(Next, RecordsWithLessWhereTheOutputSaturates) {
   EXPECT_EQ(box.find("too short to judge"), std::string::npos);
 }
 
+TEST(Next, LooksAtTheComputerOfARunThatLostTicks) {
+  Subject subject = run_of("completed", ident::Grade::rejected);
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::interpolated, .value = 1.91, .limit = 1.0, .judged = true});
+  subject.models[0].model.provenance[ident::kAgainstLostRows] = ident::kAgainstLateTicks;
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("Next: <code>eha doctor</code> and <code>eha latency --load</code>"), std::string::npos) << box;
+}
+
+TEST(Next, MeasuresTheValveFirstWhereTheMapIsInDoubt) {
+  Subject subject = run_of("completed", ident::Grade::usable);
+  ident::Model& model = subject.models[0].model;
+  model.input_unit = "V";
+  model.input_map = ident::ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
+  model.validation->map_error = 0.02;
+  EXPECT_EQ(box_of(subject).find("<code>eha characterise"), std::string::npos) << box_of(subject);
+  model.validation->map_error = 0.2;
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("Next: <code>eha characterise"), std::string::npos) << box;
+  EXPECT_EQ(box.find("eha tune"), std::string::npos) << box;
+  subject.sheet_says = ident::SheetSays::is_tight;
+  EXPECT_NE(box_of(subject).find("Next: <code>eha tune"), std::string::npos) << box_of(subject);
+}
+
 TEST(Next, HasWholeCommands) {
   Subject subject = run_of("completed", ident::Grade::good);
   std::string box = box_of(subject);
@@ -161,7 +185,7 @@ TEST(Page, NotesWhatIsNotJudgedWithoutTheSignOfAProbability) {
   Subject subject = run_of("completed", ident::Grade::usable);
   subject.models[0].model.verdict->criteria.push_back(
       {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
-  EXPECT_NE(page_of(subject).html.find("not judged: the input does not move the error<"), std::string::npos);
+  EXPECT_NE(page_of(subject).html.find("not judged whether the input does not move the error<"), std::string::npos);
 }
 
 }  // namespace

@@ -324,6 +324,32 @@ TEST(Page, GivesARemedyInTheBoxAlone) {
       << "beside the plots over time, of the frequencies and of the residual";
 }
 
+TEST(Page, CallsAPlantNotLinearBesideTheResidualWhereTheBoxDoes) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  ident::Model& model = subject.models[0].model;
+  model.validation->tests.emplace();
+  model.validation->tests->input = {.statistic = 40.0, .degrees = 20, .p = 0.006};
+  model.validation->tests->nonlinearity =
+      ident::NonlinearityTest{{.statistic = 200.0, .degrees = 6, .p = 1e-21}, ident::NonlinearKind::motion};
+  model.verdict->criteria.push_back({.kind = ident::CriterionKind::residual_input, .value = 0.006, .limit = 0.01});
+  model.verdict->criteria.push_back({.kind = ident::CriterionKind::nonlinearity, .value = 1e-21, .limit = 0.002});
+  const std::vector<std::string> notes = to_do_of(subject);
+  EXPECT_EQ(std::count(notes.begin(), notes.end(), "The plant is not linear: the box above says what to do."), 1);
+  for (const std::string& note : notes) EXPECT_EQ(note.find("misses a part"), std::string::npos) << note;
+}
+
+TEST(Page, SaysNothingToDoOfNoSectionWhereTheBoxAsksForSomethingFirst) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  std::vector<std::string> notes = to_do_of(subject);
+  const auto nothing = [&] { return std::count(notes.begin(), notes.end(), "Nothing."); };
+  ASSERT_GE(nothing(), 1);
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
+  ASSERT_EQ(subject.next_step().first, ident::FirstStep::longer_record);
+  notes = to_do_of(subject);
+  EXPECT_GE(std::count(notes.begin(), notes.end(), "Nothing here; what comes first the box above says."), 1);
+}
+
 TEST(Page, SaysTheSameOfAnErrorBesideItsPicturesAsInTheBox) {
   Subject subject = subject_of("run", ident::Grade::rejected);
   for (double& y : subject.fit.models[0].simulated) y += 0.3;

@@ -59,6 +59,18 @@ TEST(NextStep, CutsBeforeItRecordsLonger) {
   EXPECT_EQ(next_step({&model}, "io").cut_options, "--from 2.1");
 }
 
+TEST(NextStep, LooksAtTheComputerWhereARunLostTicksAndRecordsNoLonger) {
+  Model model = good_model();
+  model.name = "io";
+  model.verdict = judge(model, {}, {.unmeasured = {.rows = 20, .in_gaps = 19, .of_rows = 1000}});
+  ASSERT_FALSE(model.verdict->accepted);
+  EXPECT_EQ(next_step({&model}, "").first, FirstStep::none) << "of a file";
+  model.provenance[kAgainstLostRows] = kAgainstLateTicks;
+  EXPECT_EQ(next_step({&model}, "").first, FirstStep::against_lost_rows);
+  model.verdict = judge(model, {});
+  EXPECT_EQ(next_step({&model}, "io").first, FirstStep::none) << "so few lost rows that no check fails";
+}
+
 TEST(NextStep, KeepsTheLongerPartBesideAChangeOfTheGain) {
   Model model = good_model();
   model.name = "io";

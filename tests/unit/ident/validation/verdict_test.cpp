@@ -68,6 +68,11 @@ TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
   EXPECT_EQ(gaps.reasons.front(),
             "Part of the record was not measured: 1.1 % of its rows are interpolated in gaps, more than 1 %; cut with "
             "--from and --to to a part that was, or record again.");
+  Model of_run = good_model();
+  of_run.provenance[kAgainstLostRows] = kAgainstLateTicks;
+  EXPECT_EQ(judge(of_run, {}, lacking(80, 11)).reasons.front(),
+            "Part of the record was not measured: 1.1 % of its rows are interpolated in gaps, more than 1 %; `eha "
+            "doctor` and `eha latency --load` say what makes ticks late or loses them; then record again.");
   Model paper = good_model();
   paper.procedure = "paper";
   EXPECT_FALSE(judge(paper, {}, lacking(80, 0)).accepted) << "it takes interpolated rows for measured ones";
@@ -676,6 +681,25 @@ TEST(Verdict, NamesASaturationByItsEvidenceAndWhatToDo) {
   const std::vector<std::string> linear = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_EQ(linear.size(), 2U);
   EXPECT_TRUE(linear[0].starts_with("The input still moves what the model leaves over")) << linear[0];
+}
+
+TEST(Verdict, BlamesBentEdgesOfAMapForAGainThatFallsAndNoSaturation) {
+  Model model = good_model();
+  model.validation->tests->input.p = 1e-5;
+  model.validation->tests->nonlinearity =
+      NonlinearityTest{{.statistic = 4000.0, .degrees = 12, .p = 0.0}, NonlinearKind::level, GainTrend::falls};
+  model.input_unit = "V";
+  model.input_map = ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
+  model.validation->map_error = 0.01;
+  const std::string saturates = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
+  EXPECT_NE(saturates.find("as where valve, pump or amplifier saturate"), std::string::npos) << saturates;
+  model.validation->map_error = 0.055;
+  for (const std::string& reason : judge(model, {}, {.beside_ladder = true}).reasons) {
+    EXPECT_EQ(reason.find("saturate"), std::string::npos) << reason;
+    EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+    EXPECT_NE(reason.find("bend its edges (p = 0)"), std::string::npos) << reason;
+    EXPECT_NE(reason.find("or measure the valve"), std::string::npos) << reason;
+  }
 }
 
 TEST(Verdict, SaysFirstAndAloneWhatExplainsTheError) {
