@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "config/bound_text.hpp"
+#include "core/time_text.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/tune/controller_answer.hpp"
@@ -23,6 +24,13 @@ using report::Column;
 constexpr double kAtEnd = 1e-6;        // of the step, as TrialScore
 constexpr double kBeyondBand = 0.025;  // of the draws, on each side
 constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr const char* kOvershoot = "overshoot of a step";
+
+/// Whether a row is one of the sweep, in which the rod follows tones and no reference.
+bool is_of_sweep(const TrialTrace& trace, std::size_t row) {
+  const double time_s = trace.time_s[row];
+  return trace.sweep_s && time_s >= trace.sweep_s->first && time_s <= trace.sweep_s->second;
+}
 
 /// Returns every n-th value, so that a plot stays small.
 std::vector<double> thinned(const std::vector<double>& values, std::size_t every) {
@@ -207,9 +215,8 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   };
   std::vector<double> error;
   for (std::size_t i = 0; i < t.time_s.size(); i += every) {
-    // In the sweep the rod follows tones and no reference; it would set the axis.
-    const bool is_of_sweep = t.sweep_s && t.time_s[i] >= t.sweep_s->first && t.time_s[i] <= t.sweep_s->second;
-    error.push_back(is_of_sweep ? std::nan("") : factor * (t.rod_in[i] - t.reference_in[i]));
+    // That of the sweep would set the axis.
+    error.push_back(is_of_sweep(t, i) ? std::nan("") : factor * (t.rod_in[i] - t.reference_in[i]));
   }
   plot::Panel position{.x_label = "", .y_label = fmt::format("position [{}]", unit.of("in"))};
   position.series.push_back({.label = "rod", .x = time, .y = shown(t.rod_in), .style = 0});
@@ -274,7 +281,7 @@ std::vector<std::vector<std::string>> promise_rows(const config::ControllerPromi
   return {row("following error, RMS", p.following_rms_in, "in"),
           row("following error, worst", p.following_worst_in, "in"),
           row("error on a sine, RMS", p.sine_rms_in, "in"),
-          row("overshoot of a step", p.overshoot_in, "in"),
+          row(kOvershoot, p.overshoot_in, "in"),
           row("settling within 2 % of the step", p.settling_s, "s"),
           row("error at rest, worst", p.rest_error_in, "in"),
           row("motion at rest, peak to peak", p.standing_in, "in"),
@@ -318,6 +325,20 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
 
 namespace {
 
+/// The greatest error that the curve of a trial shows, in a sentence.
+std::string greatest_error(const TrialTrace& trace, const DisplayUnit& unit) {
+  double greatest = 0.0;
+  double at_s = 0.0;
+  for (std::size_t i = 0; i < trace.time_s.size(); ++i) {
+    const double error = std::abs(trace.rod_in[i] - trace.reference_in[i]);
+    if (is_of_sweep(trace, i) || !(error > greatest)) continue;
+    greatest = error;
+    at_s = trace.time_s[i];
+  }
+  return fmt::format("The greatest error of the curve is {:.3g} {} at {} s.", unit.factor("in") * greatest,
+                     unit.of("in"), time_text(at_s));
+}
+
 /// Writes the measured and the promised figures.
 report::Section measured(const MeasuredTrial& trial, const config::ControllerPromise& promise,
                          const DisplayUnit& unit) {
@@ -351,7 +372,17 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
         " Grey: the sweep that measures the margins by tones; what the rod does in it is no following error, and not "
         "drawn as one.";
   }
-  item.remark.good = "Outside of the sweep the error is as in the table.";
+  const bool has_step = std::any_of(trial.figures.begin(), trial.figures.end(),
+                                    [](const MeasuredFigure& figure) { return figure.name == kOvershoot; });
+  if (has_step) {
+    item.remark.seen += " " + greatest_error(trial.trace, unit);
+    item.remark.good =
+        "Each part of the trial has its own figures in the table: first a step its overshoot and settling, then fast "
+        "moves the following error, a sine its RMS, and at last the rest its worst error and motion. In the step, the "
+        "sine and between the parts the curve may reach further than the worst following error of the table.";
+  } else {
+    item.remark.good = "The error is as in the table.";
+  }
   item.remark.to_do = trial.advice.empty() ? "Nothing." : "As the box above says.";
   section.items.push_back(std::move(item));
   return section;

@@ -111,6 +111,26 @@ TEST(ControllerPage, BeginsWithTheTripOfATrialThatWillNotPass) {
   EXPECT_LT(html.find("Repair the leak"), html.find("<details>")) << html;
 }
 
+TEST(ControllerPage, SaysOfATrialsCurveWhichPartHasWhichFigure) {
+  ControllerSubject subject;
+  subject.controller.name = "axis";
+  MeasuredTrial& trial = subject.measured.emplace();
+  trial.run = "run";
+  trial.figures = {{.name = "following error, worst", .value = 0.00106, .unit = "in", .kept = "yes"},
+                   {.name = "overshoot of a step", .value = 1e-5, .unit = "in", .kept = "yes"}};
+  trial.trace = {.time_s = {0.0, 1.0, 2.0, 3.0},
+                 .reference_in = {1.0, 1.0, 1.0, 1.0},
+                 .rod_in = {1.0, 1.00106, 1.5, 0.9986},
+                 .command_V = {0.0, 0.0, 0.0, 0.0},
+                 .sweep_s = std::pair(1.5, 2.5)};
+  const std::string html = controller_page(subject).html;
+  EXPECT_NE(html.find("The greatest error of the curve is 0.0014 in at 3 s."), std::string::npos)
+      << "of the sine, of which the table has the RMS alone";
+  EXPECT_NE(html.find("may reach further than the worst following error of the table"), std::string::npos);
+  trial.figures.pop_back();  // a user's reference, of which the table has the following error alone
+  EXPECT_NE(controller_page(subject).html.find("The error is as in the table."), std::string::npos);
+}
+
 TEST(TwinDraws, HaveTheGainsOfTheSimulatedCylinder) {
   hal::SimOptions rig;
   const TwinGains gains = gains_of(rig);
