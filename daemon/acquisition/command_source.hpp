@@ -43,7 +43,8 @@ class CommandSource {
   [[nodiscard]] virtual std::uint32_t rows_per_repetition() const noexcept = 0;
 
   /// Returns the voltage requested in a row [V]. Called once for each tick, also for a tick that never ran, so that a
-  /// source may count its time by calls; for row 0 in every tick of the ramp towards it. A voltage that is not finite is a fault.
+  /// source may count its time by calls; for row 0 in every tick of the ramp towards it. A voltage that is not finite
+  /// is a fault.
   /// @param row   0..rows()-1, never decreasing
   /// @param last  the last good reading
   [[nodiscard]] virtual double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept = 0;

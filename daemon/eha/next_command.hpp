@@ -69,7 +69,8 @@ struct RunCommand;
 /// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
 /// `eha characterise`, which measures that.
 /// @param description  of the run's end
-[[nodiscard]] std::string next_after_trip(std::string_view description, bool moves_machine, const suggest::RigAccess& rig);
+[[nodiscard]] std::string next_after_trip(std::string_view description, bool moves_machine,
+                                          const suggest::RigAccess& rig);
 
 /// `eha fit RUN`, with --discard 0 if the record ends within the discarded time; nothing for a record that is too short
 /// to fit, or has no rows to fit. Reads the record.

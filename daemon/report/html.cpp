@@ -155,8 +155,9 @@ std::string equation(const Model& model) {
   // The offset lies where the free response ends, which may be long after the record, and far from where the output can
   // be.
   if (!reaches_its_offset(model)) {
-    return html + (model.initial_state.empty() ? "<br>a level that the record does not show: changes of the output count</p>\n"
-                                               : "<br>a free response whose end the record does not show</p>\n");
+    return html + (model.initial_state.empty()
+                       ? "<br>a level that the record does not show: changes of the output count</p>\n"
+                       : "<br>a free response whose end the record does not show</p>\n");
   }
   return html + fmt::format("<br>a free response that ends at {} {}</p>\n",
                             estimate_or(model, ident::ParameterRole::initial_output, model.initial_output),
