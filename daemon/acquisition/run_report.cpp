@@ -47,9 +47,9 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
   return fmt::format(
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
       "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
-      "rod), oil past the piston; if all is sound, null or dead band of [following] is wrong: `eha characterise` "
-      "measures both; if it trips, too, comment [following] out in the rig file first (where ehad runs: eha disarm, "
-      "eha reload, eha arm)",
+      "rod), oil past the piston; if all is sound, null or dead band of [following], where the file has it, is wrong: "
+      "`eha characterise` measures both; if it trips, too, comment [following] out in the rig file first (where ehad "
+      "runs: eha disarm, eha reload, eha arm)",
       factor * moved_in, factor * due_in, length);
 }
 

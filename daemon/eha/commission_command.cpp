@@ -21,6 +21,7 @@
 #include "daemon/eha/commission_page.hpp"
 #include "daemon/eha/commission_session.hpp"
 #include "daemon/eha/commission_state.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/service_command.hpp"
@@ -227,13 +228,24 @@ class Commissioning {
     std::vector<std::string> words{"characterise", "-o", measured_file().string()};
     if (command_.ruler) words.insert(words.end(), {"--ruler", *command_.ruler});
     auto [sheet, code] = session_.drive(std::move(words));
-    if (code == ExitCode::safety_trip && rig_.limits.following) {
+    if (code == ExitCode::safety_trip && rig_.limits.following && is_of_table(sheet.value("run", ""))) {
       throw Stopped{code, fmt::format("the valve was not measured; if rod, sensor and hydraulics are sound, comment "
                                       "[following] out in {}, then {}",
                                       command_.rig_file, anew_elsewhere(command_))};
     }
     require(code, "the valve was not measured");
     state_.finish("sheet", std::move(sheet));
+  }
+
+  /// Whether a wrong [following] can have ended a run.
+  [[nodiscard]] bool is_of_table(const std::string& run) const {
+    try {
+      const record::Manifest manifest = record::read_manifest(run);
+      return manifest.report && !way_out_of_following(manifest.report->description, command_.rig_file).empty();
+    } catch (const Error& error) {
+      console_.debug(error.what());
+      return false;
+    }
   }
 
   /// Refuses a measured file that differs from the rig file in more than the valve's numbers: limits are the owner's.

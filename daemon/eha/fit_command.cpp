@@ -201,7 +201,13 @@ ValveNow valve_by(const Identification& identification, const FitCommand& comman
     say_map_note(model.result.model, source.run_folder.value_or(""), console);
     is_in_doubt = source.run_folder && ident::map_shift(model.result.model).has_value();
   }
-  return is_in_doubt && !record::newest_sheet_run(*source.run_folder) ? ValveNow::changed : ValveNow::as_known;
+  if (!is_in_doubt) return ValveNow::as_known;
+  try {
+    return record::newest_sheet_run(*source.run_folder) ? ValveNow::as_known : ValveNow::changed;
+  } catch (const Error& error) {  // a run beside it that cannot be read
+    console.debug(error.what());
+    return ValveNow::as_known;
+  }
 }
 
 /// Whether a run tripped by its readings while the rod was within the limit.

@@ -169,7 +169,8 @@ std::optional<std::string> input_of_record(const std::string& record, const std:
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   try {
     static_cast<void>(importer::import_input(file, {}, unit));
-    return file;
+    // Between the thinned rows of a run its input moved on.
+    return shell_word(file) + (file == record ? "" : " --intersample foh");
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -52,8 +52,9 @@ struct RunCommand;
 /// Returns a file's name that is not taken in the present folder: "rig-new.toml", else "rig-new-2.toml", ...
 [[nodiscard]] std::string free_name(const std::string& name);
 
-/// A file that `eha simulate` takes as an input without an option: a record's own, or the rows in a run's folder.
-/// Nothing for a record that is not there or needs an option. Reads the record. @param unit  of the model's input
+/// The words of a file that `eha simulate` takes as an input: a record's own, or the thinned rows in a run's folder
+/// with the option that takes them as such. Nothing for a record that is not there or needs an option. Reads the
+/// record. @param unit  of the model's input
 [[nodiscard]] std::optional<std::string> input_of_record(const std::string& record, const std::string& unit);
 
 /// Returns the command that opens the report of a run; `otherwise` if it has none.

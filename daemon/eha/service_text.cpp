@@ -170,7 +170,7 @@ std::string queue_table(const Json& entries) {
     const std::string& run = row[columns.size()];
     std::string& said = row[columns.size() + 1];
     const std::size_t taken = before + run.size() + (run.empty() ? 0 : 2);
-    const bool has_room = taken + said.size() <= kLine;
+    const bool has_room = said.empty() || taken + said.size() <= kLine;
     below.push_back(has_room ? std::string() : std::string(kIndent, ' ') + wrapped(one_line(said), kIndent) + "\n");
     said = fmt::format("{}{}{}", run, run.empty() || said.empty() || !has_room ? "" : "  ", has_room ? said : "");
     row.erase(row.end() - 2);

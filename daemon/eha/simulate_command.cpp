@@ -19,6 +19,7 @@
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/record_csv.hpp"
+#include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/signal/intersample.hpp"
@@ -102,6 +103,9 @@ Eigen::VectorXd output_of(const ident::Model& model, const record::InputSeries& 
 /// Whether a file, read without an option, has the output of the model's plant too, and did not estimate the model.
 bool is_record_for(const ident::Model& model, const std::string& file) {
   if (is_one_record(record_of(model), file)) return false;
+  std::error_code ignored;
+  if (record::is_run_folder(std::filesystem::absolute(file, ignored).parent_path()))
+    return false;  // a run's thinned rows
   try {
     static_cast<void>(identify::in_units_of(identify::load_source(file, {}, {}, {}), model, file));
     return true;

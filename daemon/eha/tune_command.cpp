@@ -83,7 +83,8 @@ struct TuneCommand {
   ident::AxisPurpose purpose = ident::AxisPurpose::track;
   std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
   std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: tune::usual_sensitivity()
-  /// None: default_rig_file() if it is of the rig of the model's run, else that of the run.
+  /// None: that of the model's run as it is now, else default_rig_file() if it is of the same rig, else as the run has
+  /// it.
   std::optional<std::string> rig_file = {};
   std::optional<std::string> twin_file = {};  ///< rig file of a simulated rig
   std::optional<std::string> sheet_run = {};  ///< run of [characterise]
@@ -483,9 +484,10 @@ void add_tune(CLI::App& app, ParsedLine& line) {
   sub->add_option("--margin", command.sensitivity, "Greatest max(Ms, Mt), 1.1 to 3 (default 1.4, with --for hold 1.2)")
       ->type_name("M")
       ->check(finite_number("a number from 1.1 to 3", [](double m) { return m >= 1.1 && m <= 3.0; }));
-  sub->add_option("--rig", command.rig_file,
-                  "Rig file whose limits and sensor apply (default as `eha run --local` for the rig of the model's "
-                  "run, else the run's own)")
+  sub->add_option(
+         "--rig", command.rig_file,
+         "Rig file whose limits and sensor apply (default that of the model's run as it is now, else as `eha run "
+         "--local` for the same rig, else as the run has it)")
       ->type_name("RIG");
   sub->add_option("--twin", command.twin_file, "Rig file of a simulated rig fitted to a record")->type_name("RIG");
   takes_run_name(sub->add_option("--sheet", command.sheet_run, "Run of `eha characterise` whose valve sheet applies"),

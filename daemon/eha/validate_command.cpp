@@ -263,8 +263,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   const auto input =
       is_read_as_it_is(command.import) ? input_of_record(command.source, model.input_unit) : std::nullopt;
-  console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file),
-                                input ? shell_word(*input) : "INPUT.csv", shell_word(free_name("output.csv"))));
+  console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
+                                shell_word(free_name("output.csv"))));
   return ExitCode::ok;
 }
 

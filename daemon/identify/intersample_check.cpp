@@ -177,8 +177,9 @@ std::optional<BetweenRows> input_between_rows(const Source& source, const Identi
       return BetweenRows{.seen = moves, .undecided = undecided(held->result.model, 0.5 * source.record.step_s)};
     }
     if (gain.empty()) return {};
-    return BetweenRows{.seen = fmt::format("{}: taken as straight lines, {}", moves, gain),
-                       .is_straight = is_better(lines, steps, kClearly) && error(lines) < kFarFalls * error(steps)};
+    return BetweenRows{
+        .seen = fmt::format("{}: taken as straight lines, {}", moves, gain),
+        .is_straight = is_better(found[1], steps, kClearly) && error(found[1]) < kFarFalls * error(steps)};
   } catch (const DataError&) {
     return {};
   }

@@ -113,10 +113,11 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
   }
   std::string text = fmt::format("the rod drifted at {:+.4f} {}/s into the limit", factor * cause.speed_in_per_s, in);
   if (cause.is_other_valve) {
-    return text +
-           ", where rods with the valve of [following] stay clear of it: the valve is another one now, the rig "
-           "leaks, or its supply has changed: " +
-           remedy_of(cause);
+    const std::string stops = cause.offset_V ? fmt::format(" (offset_V = {:.3f} stops it)", *cause.offset_V) : "";
+    return fmt::format(
+        "{}, where rods with the valve of [following] stay clear of it{}: likely the valve is another one now, the rig "
+        "leaks, its supply or load has changed, or the sensor drifts: {}",
+        text, stops, remedy_of(cause));
   }
   if (!cause.offset_V) return text + ", and no offset_V within the command limits stops that: " + remedy_of(cause);
   text += fmt::format("; offset_V = {:.3f} stops that", *cause.offset_V);

@@ -114,7 +114,7 @@ double Explorer::pulsed_about_V() const noexcept {
 
 void Explorer::probe(double place_in) noexcept {
   const double about_V = pulsed_about_V();
-  command_V_ = about_V + probe_.offset_V(place_in);
+  command_V_ = std::clamp(about_V + probe_.offset_V(place_in), safe_V_ - most_V_, safe_V_ + most_V_);
   elapsed_s_ += period_s_;
   switch (probe_.result()) {
     case Probe::Result::none:
@@ -129,7 +129,7 @@ void Explorer::probe(double place_in) noexcept {
       trip(Fault::unexplained_motion, probe_.moved_in(), probe_.least_in());
       return;
     case Probe::Result::seen:
-      seen_V_[direction_ > 0.0 ? 0 : 1] = direction_ * (about_V - safe_V_) + probe_.seen_V();
+      seen_V_[direction_ > 0.0 ? 0 : 1] = std::min(most_V_, direction_ * (about_V - safe_V_) + probe_.seen_V());
       break;
     case Probe::Result::drifts:
       seen_V_[direction_ > 0.0 ? 0 : 1] = most_V_;

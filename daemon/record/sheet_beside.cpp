@@ -19,14 +19,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What tells a rig from another one: copies of a rig file have one name. Its limits and [following] change, and of a
-/// simulated one the start, the seed and the sensor's noise.
+/// What tells a rig from another one: copies of a rig file have one name. Its limits, [following] and calibration
+/// change, and of a simulated one the start, the seed and the sensor's noise.
 nlohmann::ordered_json rig_of(const fs::path& run) {
   const nlohmann::ordered_json other = read_manifest(run).other;
   const auto rig = other.find("rig");
   nlohmann::ordered_json known;
   if (rig == other.end() || !rig->is_object()) return known;
-  for (const char* key : {"name", "calibration", "sim"}) known[key] = rig->value(key, nlohmann::ordered_json());
+  for (const char* key : {"name", "sim"}) known[key] = rig->value(key, nlohmann::ordered_json());
   if (known["sim"].is_object()) {
     for (const char* key : {"initial_displacement_in", "seed", "sensor_noise_V"}) known["sim"].erase(key);
   }

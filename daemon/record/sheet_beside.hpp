@@ -16,7 +16,7 @@ namespace eha::record {
 inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 
 /// Returns the newest run of [characterise] on the same rig beside a run, or the run itself; none without one. A rig is
-/// the same by its name, its calibration and, of a simulated one, its plant.
+/// the same by its name and, of a simulated one, its plant.
 /// @throws DataError, IoError, PermissionError  as read_manifest() and list_runs()
 [[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
 

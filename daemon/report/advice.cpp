@@ -37,7 +37,8 @@ std::string against_error(const ident::Model& model) {
   if (!model.verdict) return {};
   const std::string in_box(kBoxSays);
   if (const auto explanation = ident::explanation_of(model, *model.verdict)) {
-    return (explanation->options.empty() ? "The plant saturates: " : "Another structure describes what is left: ") +
+    return (ident::is_saturation(*explanation) ? "The plant saturates: "
+                                               : "Another structure describes what is left: ") +
            in_box;
   }
   switch (ident::error_cause(model, *model.verdict)) {
