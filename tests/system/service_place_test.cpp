@@ -199,7 +199,7 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   const Ended jog = eha({"jog", "+0.4in", "--fast"});
   EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
   EXPECT_NE(jog.err.find("no_motion"), std::string::npos) << jog.err;
-  EXPECT_NE(jog.err.find("` measures null and dead band"), std::string::npos) << jog.err;
+  EXPECT_NE(jog.err.find("` measures both"), std::string::npos) << jog.err;
   EXPECT_NE(jog.out.find("Next: eha read --socket " + daemon_.socket().string()), std::string::npos)
       << jog.out << "whoever copies the next step after a trip moves nothing";
   EXPECT_NE(jog.err.find("the rig is disarmed"), std::string::npos) << jog.err;
