@@ -18,7 +18,6 @@ constexpr std::array<double, 2> kDirections{1.0, -1.0};
 
 // Without [following]; pinned by the campaign of simulated rigs in following_campaign_test.cpp.
 constexpr double kFallbackShare = 1.0 / 32.0;  ///< of the gain that fills the velocity limit at half the command range
-constexpr double kFallbackDeadBand_V = 0.75;
 constexpr double kFallbackMissing_in = 0.02;
 constexpr double kFallbackExcess_in = 0.1;
 

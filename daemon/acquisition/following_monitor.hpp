@@ -10,6 +10,9 @@
 
 namespace eha::acquisition {
 
+/// Without [following]: volts further from 0 V must move the rod [V].
+inline constexpr double kFallbackDeadBand_V = 0.75;
+
 /// The numbers that the following check works with. Index 0 is the direction of greater displacement, d = +1; index 1
 /// the other one, d = -1.
 struct FollowingRule {
@@ -26,8 +29,8 @@ struct FollowingRule {
 
 /// The rule of a rig's [following], whose gains are half of the measured ones: the greatest is twice the least. Without
 /// [following] the rule is one that every valve of a rig with these limits should satisfy; it detects less. The
-/// greatest gain reaches the velocity limit at half the command range, the least is 1/32 of it, the dead band 0.75 V
-/// about 0 V.
+/// greatest gain reaches the velocity limit at half the command range, the least is 1/32 of it, the dead band
+/// kFallbackDeadBand_V about 0 V.
 [[nodiscard]] FollowingRule following_rule(const config::RigLimits& limits) noexcept;
 
 /// Motion that the commands of earlier runs asked for and the sensor did not show, of each direction [in]. Without it a

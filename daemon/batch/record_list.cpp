@@ -28,6 +28,8 @@ constexpr std::string_view kListEnding = ".list";
 constexpr std::array<std::string_view, 10> kRecordEndings{".csv", ".txt",  ".tsv", ".dat", ".lvm",
                                                           ".asc", ".xlsx", ".mat", ".h5",  ".hdf5"};
 constexpr std::size_t kLongestName = 40;
+constexpr const char* kNotForModels =
+    "a run without an experiment for models: it placed the rod, measured the valve or followed a reference";
 
 bool is_record_file(const fs::path& path) {
   std::string ending = path.extension().string();
@@ -63,9 +65,7 @@ std::string why_skipped(const fs::directory_entry& item) {
   if (item.is_directory(ignored)) {
     if (item.is_symlink()) return "a link to a folder; name the folder to take it";
     if (!record::is_run_folder(item.path())) return "a folder within the folder; name it to take its records";
-    return is_for_models(item.path())
-               ? ""
-               : "a run without an experiment for models: it placed the rod or measured the valve";
+    return is_for_models(item.path()) ? "" : kNotForModels;
   }
   if (item.is_symlink() && !item.exists(ignored)) return "a link to nothing";
   if (!item.is_regular_file(ignored)) return "no file";
@@ -108,8 +108,11 @@ std::vector<fs::path> records_listed_in(const fs::path& list) {
 std::vector<fs::path> records_named_by(const fs::path& source, std::vector<Skipped>& skipped) {
   if (source.extension() == kListEnding) return records_listed_in(source);
   std::error_code ignored;
-  if (fs::is_directory(source, ignored) && !record::is_run_folder(source)) return records_in(source, skipped);
-  return {source};
+  if (!fs::is_directory(source, ignored)) return {source};
+  if (!record::is_run_folder(source)) return records_in(source, skipped);
+  if (is_for_models(source)) return {source};
+  skipped.push_back({source.string(), kNotForModels});
+  return {};
 }
 
 /// The name of a record: of a run that a link names (latest) the run's own.
@@ -161,6 +164,10 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
     }
   }
   if (records.empty()) {
+    if (!found.skipped.empty()) {
+      throw UsageError(fmt::format("{}: no record: {} is {}", fmt::join(sources, ", "), found.skipped.front().source,
+                                   found.skipped.front().why));
+    }
     throw UsageError(fmt::format("{}: no record: no run folder and no file ending in {}", fmt::join(sources, ", "),
                                  fmt::join(kRecordEndings, ", ")));
   }

@@ -16,7 +16,7 @@ struct Record {
   bool operator==(const Record&) const = default;
 };
 
-/// What of a named folder is no record.
+/// A named run, or an item of a named folder, that is no record.
 struct Skipped {
   std::string source;
   std::string why;  ///< "no ending of a record (.csv, ...)": alike for all of one kind
@@ -28,10 +28,9 @@ struct FoundRecords {
 };
 
 /// Returns the records that a command names, each once, in the order of the names, folders sorted by name; and what of
-/// the folders is none.
-/// @param sources  each one of these: a run folder; a file with a record; a folder of both, of which runs that placed
-/// the rod or measured the valve are left out; a list, which is a text file whose name ends in ".list", with one path a
-/// line relative to its folder, lines with # left out
+/// them is none. Runs that placed the rod, measured the valve or followed a reference are none.
+/// @param sources  each one of these: a run folder; a file with a record; a folder of both; a list, which is a text
+/// file whose name ends in ".list", with one path a line relative to its folder, lines with # left out
 /// @throws UsageError  no record
 /// @throws IoError, PermissionError  a folder or a list cannot be read
 [[nodiscard]] FoundRecords records_of(const std::vector<std::string>& sources);

@@ -179,13 +179,13 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
   for (const Parameter& parameter : parameters_of(rows, model)) {
     if (parameter.estimates.size() < kFewestForOutliers) continue;
     Resolution resolution{.parameter = parameter.name, .median = parameter.median, .unit = parameter.unit};
-    double furthest = -1.0;  // in half widths
+    double furthest = -1.0;
     for (const Estimate& one : parameter.estimates) {
       const double half_width = one.half_width;
       const double distance = std::abs(one.value - parameter.median);
       if (resolution.change <= 0.0 || half_width < resolution.change) resolution.change = half_width;
-      if (half_width > 0.0 && distance / half_width > furthest) {
-        furthest = distance / half_width;
+      if (half_width > 0.0 && distance > furthest) {
+        furthest = distance;
         resolution.furthest_row = one.row;
         resolution.furthest = one.value;
       }

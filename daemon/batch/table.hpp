@@ -58,9 +58,8 @@ struct Trend {
 struct Resolution {
   std::string parameter;
   double change = 0.0;  ///< distance from the median above which a record is reported; the least of all records
-  /// Row of the record furthest from the median, in its own half widths, reported or not.
-  std::size_t furthest_row = 0;
-  double furthest = 0.0;  ///< its value
+  std::size_t furthest_row = 0;  ///< of the record furthest from the median, reported or not
+  double furthest = 0.0;         ///< its value
   double median = 0.0;
   std::string unit = {};  ///< empty for a ratio or an order
 };

@@ -174,7 +174,11 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
       {{"record"}, {"recommended"}, {"grade"}, {"fit %", Align::right}, {"error", Align::right}, {"in figures"}}, rows);
   if (table.judged > rows.size()) text += fmt::format("and {} more, see table.csv\n", table.judged - rows.size());
   text += fmt::format("records  {} judged, {} failed, {} still open\n", table.judged, failed, table.missing);
-  if (!table.common_model.empty()) text += fmt::format("compared {}\n", table.common_model);
+  if (table.resolutions.empty()) {
+    text += fmt::format("compared nothing: that needs {} records with one model accepted\n", batch::kFewestForOutliers);
+  } else {
+    text += fmt::format("compared {}\n", table.common_model);
+  }
   if (const std::string others = batch::other_units_text(table); !others.empty()) {
     text += fmt::format("units    not compared, in other units: {}\n", others);
   }

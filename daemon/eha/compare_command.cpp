@@ -24,6 +24,7 @@
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/exchange_check.hpp"
+#include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"
@@ -176,6 +177,18 @@ void say_next_of_change(const identify::Source& source, const std::string& name,
   }
 }
 
+/// Takes the input of the files among the records as straight between their rows where they show it.
+/// @returns whether they do
+bool take_files_as_straight(std::vector<identify::Source>& sources, const identify::RunComparison& held) {
+  std::vector<const ident::Model*> models;
+  for (const identify::ComparedRun& run : held.runs) models.push_back(&run.fit.model);
+  if (!identify::are_straight(sources, models)) return false;
+  for (identify::Source& source : sources) {
+    if (!source.run_folder) identify::take_input_as_straight(source);
+  }
+  return true;
+}
+
 ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<std::string> files;
   std::vector<std::string> records;
@@ -239,7 +252,13 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::optional<identify::RunComparison> runs;
   std::optional<std::string> exchange;  ///< the command that exchanges input and output of the record
   if (files.empty()) {
-    const identify::RunComparison found = identify::compare_runs(sources, console.progress_callback());
+    identify::RunComparison found = identify::compare_runs(sources, console.progress_callback());
+    if (!command.intersample && take_files_as_straight(sources, found)) {
+      found = identify::compare_runs(sources, console.progress_callback());
+      found.notes.push_back(
+          "The input of the files is taken as straight between their rows, as their errors fall by it "
+          "(--intersample zoh: as held)");
+    }
     console.end_progress();
     for (const std::string& note : found.notes) console.warning(note);
     document = described(found, sources).document;
@@ -285,11 +304,12 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   console.print(shown.text);
   if (exchange) {
     console.next_step(*exchange);
-  } else if (shown.shows_change && !sources.empty()) {
+  } else if (shown.changed_source && !sources.empty()) {
     // Of models on a record the input between its rows is as for the first.
     const bool is_straight = straight && takes_straight.front();
     const auto intersample = is_straight ? std::optional(ident::Intersample::straight) : command.intersample;
-    say_next_of_change(sources.back(), records.back(), shown.changes_valve, intersample, console);
+    const std::size_t changed = *shown.changed_source;
+    say_next_of_change(sources[changed], records[changed], shown.changes_valve, intersample, console);
   }
   return ExitCode::ok;
 }

@@ -79,11 +79,13 @@ std::string of_rig(const identify::Source& source) {
 }
 
 /// Says what to look at on the bench, where a parameter is shown to have changed.
-void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, const char* then) {
+/// @param source  the last one with a change
+void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, std::size_t source,
+               const char* then) {
   const std::string causes = report::causes_of(changes);
   if (causes.empty()) return;
   out.text += "To do: " + wrapped(fmt::format("Look on the bench for what changed. {} {}", causes, then), 7) + "\n";
-  out.shows_change = true;
+  out.changed_source = source;
   out.changes_valve =
       std::any_of(changes.begin(), changes.end(), [](const auto* change) { return report::changes_valve(*change); });
 }
@@ -260,11 +262,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (comparison.runs.front().fit.model.input_map) out.text += fmt::format("{}\n", ident::kDeadBandIs);
   }
   std::vector<const ident::PlantChange*> changes;
-  for (const report::ComparedSubject& subject : out.subjects) {
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < out.subjects.size(); ++i) {
+    const report::ComparedSubject& subject = out.subjects[i];
     const bool is_claimed = subject.change && !subject.unfit && subject.cannot_tell.empty();
-    if (is_claimed && subject.change->changed) changes.push_back(&*subject.change);
+    if (!is_claimed || !subject.change->changed) continue;
+    changes.push_back(&*subject.change);
+    last = i;
   }
-  add_to_do(out, changes, "Rely on no model of before until that is known.");
+  add_to_do(out, changes, last, "Rely on no model of before until that is known.");
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", ident::kFalseAlarm},
@@ -367,7 +373,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   out.text += fmt::format("re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record\n",
                           models.front().output_unit);
   out.text += sentences;
-  add_to_do(out, changes, "Use no such model for this record: fit one to it.");
+  add_to_do(out, changes, 0, "Use no such model for this record: fit one to it.");
   out.document = {{"schema", "eha-comparison/1"}, {"source", source.name}, {"models", std::move(entries)}};
   return out;
 }

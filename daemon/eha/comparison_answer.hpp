@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,8 +22,9 @@ struct Compared {
   std::vector<std::pair<std::string, const ident::Model*>> models;  ///< for the picture
   report::ComparisonFindings findings;
   std::vector<report::ComparedSubject> subjects;  ///< for the report
-  bool shows_change = false;                      ///< the plant of the record, or of the last run, has changed
-  bool changes_valve = false;                     ///< with a parameter of the valve among those that changed
+  /// The record whose plant has changed, of several the last one; none: no change is shown. Counts the sources.
+  std::optional<std::size_t> changed_source = {};
+  bool changes_valve = false;  ///< with a parameter of the valve among those that changed
 };
 
 /// A comparison in the unit for people.

@@ -128,7 +128,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   }
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(suggest::run(simulated_access(command.rig_file), {experiment_file}));
+  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {experiment_file}));
   return ExitCode::ok;
 }
 

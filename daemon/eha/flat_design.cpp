@@ -21,7 +21,6 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/odd_random_design.hpp"
 #include "daemon/eha/rig_source.hpp"
-#include "hal/backends/backend.hpp"
 #include "ident/design/low_peak_phases.hpp"
 #include "ident/excitation/tone.hpp"
 
@@ -157,9 +156,7 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
   console.print(fmt::format("written: {}", file.string()));
-  console.next_step(hal::moves_machine(rig.backend)
-                        ? "eha run " + shell_word(file.string())
-                        : suggest::run(simulated_access(command.rig_file), {file.string()}));
+  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
   return ExitCode::ok;
 }
 

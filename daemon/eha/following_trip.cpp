@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/tick_record.hpp"
 
@@ -30,10 +31,11 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
 
 std::string way_out_without_following(std::string_view fault) {
   if (!fault.starts_with(acquisition::to_text(acquisition::Fault::not_following))) return {};
-  return "without [following] volts more than 0.75 V from 0 must move the rod. If rod, sensor and hydraulics are "
-         "sound, "
-         "null or dead band of this valve reach farther: write estimates of them into [following] (see FOLLOWING in "
-         "eha-rig(5)), then measure again";
+  return fmt::format(
+      "without [following] volts more than {:g} V from 0 must move the rod. If rod, sensor and hydraulics are sound, "
+      "null or dead band of this valve reach farther: write estimates of them into [following] (see FOLLOWING in "
+      "eha-rig(5)), then measure again",
+      acquisition::kFallbackDeadBand_V);
 }
 
 }  // namespace eha::cli

@@ -32,6 +32,7 @@ namespace {
 constexpr double kLongest_s = 600.0;
 constexpr double kDuration_s = 50.0;
 constexpr double kDiscard_s = 10.0;
+constexpr double kWorthAChange = 1.05;  // standard error of a given experiment over the design's that replaces it
 
 using ident::Model;
 using identify::ChosenDesign;
@@ -160,14 +161,20 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
   const DesignAnswer answer = answered(predictor, command, task);
   console.end_progress();
   const ident::Improvement& found = answer.chosen.design;
-  const std::filesystem::path path = command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
-  const std::string text = identify::experiment_text(
-      {model, command.parameter,
-       fmt::format("Made by `eha design --from {} --improve {}`", shell_word(*command.model_file), command.parameter)},
-      task, found);
-  // Does not write an experiment that the rig would refuse.
-  (void)config::parse_prepared_experiment(text, path.string(), rig);
-  os::write_file_atomically(path, text);
+  const bool keeps_given = with_base && *with_base <= kWorthAChange * found.std;
+  const std::filesystem::path path = keeps_given
+                                         ? std::filesystem::path(*command.experiment_file)
+                                         : command.output.value_or(fmt::format("improve-{}.toml", command.parameter));
+  if (!keeps_given) {
+    const std::string text =
+        identify::experiment_text({model, command.parameter,
+                                   fmt::format("Made by `eha design --from {} --improve {}`",
+                                               shell_word(*command.model_file), command.parameter)},
+                                  task, found);
+    // Does not write an experiment that the rig would refuse.
+    (void)config::parse_prepared_experiment(text, path.string(), rig);
+    os::write_file_atomically(path, text);
+  }
 
   const double now = identify::estimated_std(model, command.parameter);
   nlohmann::ordered_json document{{"schema", "eha-improvement/1"},
@@ -185,7 +192,9 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
   if (answer.chosen.trial)
     document["predicted_std_range"] = {answer.chosen.trial->lowest, answer.chosen.trial->highest};
   if (with_base) document["predicted_std_of_experiment"] = *with_base;
-  document["improves"] = found.std < now;
+  const double offered = keeps_given ? *with_base : found.std;
+  document["improves"] = offered < now;
+  document["keeps_experiment"] = keeps_given;
   if (command.wanted_std) {
     document["wanted_std"] = *command.wanted_std;
     document["reachable"] = answer.reached;
@@ -216,14 +225,15 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
   if (!answer.reached) {
     console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
   }
-  const bool improves = found.std < now;
+  const bool improves = offered < now;
   BetterDesign better;
   if (!improves) {
-    better = better_design(command, task, found.std, now);
+    better = better_design(command, task, offered, now);
     console.print(fmt::format("this experiment does not improve {}: {}", command.parameter, better.sentence));
   }
-  console.print(fmt::format("written: {}", path.string()));
-  if (improves) console.next_step(suggest::run(simulated_access(command.rig_file), {path.string()}));
+  console.print(keeps_given ? fmt::format("{} is kept, no design is better by 5 %: nothing is written", path.string())
+                            : fmt::format("written: {}", path.string()));
+  if (improves) console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {path.string()}));
   if (better.command) console.next_step(*better.command);
   return ExitCode::ok;
 }

@@ -27,6 +27,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/report.hpp"
+#include "hal/backends/backend.hpp"
 #include "ident/estimation/fit_rows.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -95,6 +96,10 @@ suggest::RigAccess simulated_access(const std::optional<std::string>& rig_file) 
   return access_of(drive);
 }
 
+suggest::RigAccess access_of_rig(const config::RigConfig& rig, const std::optional<std::string>& named) {
+  return hal::moves_machine(rig.backend) ? access_of(DriveOptions{}) : simulated_access(named);
+}
+
 suggest::RigAccess usual_access() {
   std::error_code ignored;
   const bool has_service = fs::exists(control::default_socket(), ignored);
@@ -155,7 +160,7 @@ std::string free_name(const std::string& name) {
   return free.string();
 }
 
-std::optional<std::string> input_of_record(const std::string& record, const std::string& unit) {
+std::optional<std::string> input_words_of_record(const std::string& record, const std::string& unit) {
   if (record.empty()) return std::nullopt;
   std::error_code ignored;
   std::string file = record;

@@ -11,6 +11,10 @@
 #include "daemon/suggest/commands.hpp"
 #include "ident/validation/first_step.hpp"
 
+namespace eha::config {
+struct RigConfig;
+}
+
 namespace eha::cli {
 
 struct DriveOptions;
@@ -31,8 +35,12 @@ struct RunCommand;
 /// The simulated rig of this process; `eha run EXPERIMENT --local --fast` on this rig file.
 [[nodiscard]] suggest::RigAccess simulated_access(const std::optional<std::string>& rig_file);
 
-/// The same where no rig was named: through the service, or where there is none and the default rig is a simulated one,
-/// in this process.
+/// How the rig of a rig file is reached: one that moves a machine through its service, a simulated one in this process.
+/// @param named  the file as the user named it; none: the default one
+[[nodiscard]] suggest::RigAccess access_of_rig(const config::RigConfig& rig, const std::optional<std::string>& named);
+
+/// simulated_access() where no rig was named: through the service, or where there is none and the default rig is a
+/// simulated one, in this process.
 [[nodiscard]] suggest::RigAccess usual_access();
 
 /// The access to the rig of a record that no run of `eha` made: that of a service. A simulated rig has another valve.
@@ -55,7 +63,7 @@ struct RunCommand;
 /// The words of a file that `eha simulate` takes as an input: a record's own, or the thinned rows in a run's folder
 /// with the option that takes them as such. Nothing for a record that is not there or needs an option. Reads the
 /// record. @param unit  of the model's input
-[[nodiscard]] std::optional<std::string> input_of_record(const std::string& record, const std::string& unit);
+[[nodiscard]] std::optional<std::string> input_words_of_record(const std::string& record, const std::string& unit);
 
 /// Returns the command that opens the report of a run; `otherwise` if it has none.
 [[nodiscard]] std::string report_of_run(const std::filesystem::path& folder, const std::string& otherwise);

@@ -17,7 +17,6 @@
 #include "daemon/eha/excitation_room.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
-#include "hal/backends/backend.hpp"
 #include "ident/excitation/excitation.hpp"
 
 namespace eha::cli {
@@ -106,9 +105,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
   console.print(fmt::format("written: {}", file.string()));
-  console.next_step(hal::moves_machine(rig.backend)
-                        ? "eha run " + shell_word(file.string())
-                        : suggest::run(simulated_access(command.rig_file), {file.string()}));
+  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
   return ExitCode::ok;
 }
 

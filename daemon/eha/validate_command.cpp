@@ -262,7 +262,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     return ExitCode::model_rejected;
   }
   const auto input =
-      is_read_as_it_is(command.import) ? input_of_record(command.source, model.input_unit) : std::nullopt;
+      is_read_as_it_is(command.import) ? input_words_of_record(command.source, model.input_unit) : std::nullopt;
   console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
                                 shell_word(free_name("output.csv"))));
   return ExitCode::ok;

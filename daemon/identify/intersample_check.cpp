@@ -45,20 +45,28 @@ bool takes_up_half_a_row(const ident::Model& model) {
 
 /// A structure to fit to the record in parts, from a model that was found.
 struct Attempt {
-  const IdentifiedModel* from;
+  const ident::Model* from;
   ident::StructureOptions structure;  ///< of that model, or with a free dead time
   ident::Intersample intersample;
 };
 
-ident::Model again(const Source& source, const IdentificationTask& task, const Attempt& attempt) {
+ident::Model again(const Source& source, ident::FitOptions options, const Attempt& attempt) {
   const ident::Record fine = ident::in_parts(source.record, attempt.intersample);
-  ident::FitOptions options = task.options;
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
   options.reported = ident::Reported::estimation;
   const ident::PreparedRecord prepared(fine, options);
-  return ident::fit(prepared, attempt.structure, options, thread_executor(), {attempt.from->result.model}).model;
+  return ident::fit(prepared, attempt.structure, options, thread_executor(), {*attempt.from}).model;
+}
+
+double error(const ident::Model& model) { return std::sqrt(model.estimation->score.mse); }
+
+/// Whether a record says anything of its input between the rows.
+bool may_tell(const Source& source) {
+  return !source.run_folder && source.intersample == ident::Intersample::held &&
+         source.record.input.size() <= kMostRows &&
+         ident::movement_within_half_a_row(source.record.input) >= kWorthAsking && !is_staircase(source.record.input);
 }
 
 /// @param by  of AR-BIC
@@ -133,31 +141,29 @@ std::string undecided(const ident::Model& model, double half_row_s) {
 
 std::optional<BetweenRows> input_between_rows(const Source& source, const IdentificationTask& task,
                                               const Identification& identification) {
-  if (source.run_folder || source.intersample != ident::Intersample::held) return {};
-  if (source.record.input.size() > kMostRows) return {};
-  const double movement = ident::movement_within_half_a_row(source.record.input);
   const IdentifiedModel* held = asked_about(identification);
-  if (movement < kWorthAsking || is_staircase(source.record.input) || held == nullptr ||
-      task.options.procedure != ident::Procedure::standard)
-    return {};
+  if (!may_tell(source) || held == nullptr || task.options.procedure != ident::Procedure::standard) return {};
+  const double movement = ident::movement_within_half_a_row(source.record.input);
   try {
     // Both in parts: the filter before the comparison changes the noise of both alike.
     const std::vector<const IdentifiedModel*> simpler = without_half_row(identification, *held);
     const std::optional<ident::StructureOptions> delayed = with_delay(*held);
-    std::vector<Attempt> attempts{{held, held->structure, ident::Intersample::held},
-                                  {held, held->structure, ident::Intersample::straight},
-                                  {held, held->structure, ident::Intersample::smooth}};
-    if (delayed) attempts.push_back({held, *delayed, ident::Intersample::straight});
+    const ident::Model* from = &held->result.model;
+    std::vector<Attempt> attempts{{from, held->structure, ident::Intersample::held},
+                                  {from, held->structure, ident::Intersample::straight},
+                                  {from, held->structure, ident::Intersample::smooth}};
+    if (delayed) attempts.push_back({from, *delayed, ident::Intersample::straight});
     const std::size_t others = attempts.size();
-    for (const auto* m : simpler) attempts.push_back({m, m->structure, ident::Intersample::straight});
+    for (const auto* m : simpler) attempts.push_back({&m->result.model, m->structure, ident::Intersample::straight});
     std::vector<ident::Model> found(attempts.size());
-    thread_executor()(attempts.size(), [&](std::size_t k) { found[k] = again(source, task, attempts[k]); });
+    thread_executor()(attempts.size(), [&](std::size_t k) { found[k] = again(source, task.options, attempts[k]); });
     const ident::Model& steps = found[0];
     const ident::Model& smooth = found[2];
-    const ident::Model& lines = delayed && is_better(found[3], found[1]) ? found[3] : found[1];
+    // A dead time may explain as much beside a held input.
+    const bool is_straight = is_better(found[1], steps, kClearly) && error(found[1]) < kFarFalls * error(steps);
+    const ident::Model& lines = delayed && !is_straight && is_better(found[3], found[1]) ? found[3] : found[1];
     const auto better = std::find_if(found.begin() + static_cast<std::ptrdiff_t>(others), found.end(),
                                      [&](const ident::Model& m) { return is_better(m, steps); });
-    const auto error = [](const ident::Model& m) { return std::sqrt(m.estimation->score.mse); };
     const std::string unit = ident::after_number(source.record.output_channel.unit);
     const std::string moves = fmt::format(
         "within half a row the input moves by {} % of its spread, and it was taken as held between the rows",
@@ -177,12 +183,35 @@ std::optional<BetweenRows> input_between_rows(const Source& source, const Identi
       return BetweenRows{.seen = moves, .undecided = undecided(held->result.model, 0.5 * source.record.step_s)};
     }
     if (gain.empty()) return {};
-    return BetweenRows{
-        .seen = fmt::format("{}: taken as straight lines, {}", moves, gain),
-        .is_straight = is_better(found[1], steps, kClearly) && error(found[1]) < kFarFalls * error(steps)};
+    return BetweenRows{.seen = fmt::format("{}: taken as straight lines, {}", moves, gain), .is_straight = is_straight};
   } catch (const DataError&) {
     return {};
   }
+}
+
+bool are_straight(const std::vector<Source>& sources, const std::vector<const ident::Model*>& models) {
+  double log_ratio = 0.0;  // of the errors, straight over held
+  double gained = 0.0;     // of AR-BIC
+  int told = 0;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!may_tell(sources[i]) || !models[i]->structure) continue;
+    ident::FitOptions options = sources[i].experiment ? sources[i].experiment->fit : ident::FitOptions{};
+    options.split = 1.0;
+    const auto fitted = [&](ident::Intersample intersample) {
+      return again(sources[i], options, {models[i], *models[i]->structure, intersample});
+    };
+    try {
+      const ident::Model held = fitted(ident::Intersample::held);
+      const ident::Model straight = fitted(ident::Intersample::straight);
+      if (!ident::is_comparable(straight, held)) continue;
+      log_ratio += std::log(error(straight) / error(held));
+      gained += ident::ar_bic(held) - ident::ar_bic(straight);
+      ++told;
+    } catch (const DataError&) {
+      continue;
+    }
+  }
+  return told > 0 && log_ratio < told * std::log(kFarFalls) && gained > kClearly;
 }
 
 std::string advice_of(const BetweenRows& found, const std::string& command) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/identify/identification.hpp"
 
@@ -25,7 +26,14 @@ struct BetweenRows {
 [[nodiscard]] std::optional<BetweenRows> input_between_rows(const Source& source, const IdentificationTask& task,
                                                             const Identification& identification);
 
-/// The advice of that, with the command that fits the record with a straight input.
+/// Whether the files among some records, each with a model fitted to it as held, show together that their input is
+/// straight between the rows, as BetweenRows::is_straight does of one: one answer for all, so that they are fitted
+/// alike. Records of runs, and inputs that hardly move within half a row, have no say.
+/// @param models  one a record, with the structure that it was fitted with
+/// Cost: two fits a file from a known model on ident::kPartsOfARow times the rows.
+[[nodiscard]] bool are_straight(const std::vector<Source>& sources, const std::vector<const ident::Model*>& models);
+
+/// The advice of what input_between_rows() found, with the command that fits the record with a straight input.
 [[nodiscard]] std::string advice_of(const BetweenRows& found, const std::string& command);
 
 }  // namespace eha::identify

@@ -116,7 +116,8 @@ Eigen::VectorXd clipped(const Eigen::VectorXd& input, double middle, double limi
 
 /// "--from 12.5 --to 48.2": the longest part of a record whose input stays between limits of one size about its
 /// mid-range, if that is a fifth of the record and long enough for a fit; empty otherwise.
-std::string part_within(const ident::Record& record, double middle, double limit) {
+/// @param parts  rows of the record for one of the file's
+std::string part_within(const ident::Record& record, double middle, double limit, Eigen::Index parts) {
   constexpr double kLongEnough = 0.2;
   constexpr Eigen::Index kFewestRows = 300;
   Eigen::Index first = 0;
@@ -129,7 +130,8 @@ std::string part_within(const ident::Record& record, double middle, double limit
     }
   }
   const Eigen::Index rows = record.input.size();
-  if (longest < kFewestRows || static_cast<double>(longest) < kLongEnough * static_cast<double>(rows)) return {};
+  if (longest < kFewestRows * parts || static_cast<double>(longest) < kLongEnough * static_cast<double>(rows))
+    return {};
   const auto time_of = [&](Eigen::Index row) {
     return time_text(record.start_s + static_cast<double>(row) * record.step_s);
   };
@@ -207,7 +209,8 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
   return Trial{std::move(*best),
                is_two_sided ? fmt::format("+-{:.2g}{}", limit, unit)
                             : fmt::format("{:.2g} and {:.2g}{}", middle - limit, middle + limit, unit),
-               part_within(task.record, middle, limit)};
+               part_within(task.record, middle, limit,
+                           task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1)};
 }
 
 /// The model that stands first in the table: the recommended one, that beside it, or the one that errs least.

@@ -2,7 +2,11 @@
 // An experiment made for a band of frequencies.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/program.hpp"
@@ -98,6 +102,42 @@ TEST(DesignOfAParameter, ThatDoesNotImproveItIsNotOfferedForARun) {
   const Ended resonance = design("f0");
   EXPECT_EQ(resonance.code, static_cast<int>(ExitCode::usage));
   EXPECT_NE(resonance.err.find("no single parameter of integrator_lag_valve"), std::string::npos) << resonance.err;
+}
+
+TEST(DesignOfAParameter, KeepsAnExperimentThatNoDesignImproves) {
+  const TemporaryFolder folder;
+  const Ended fitted =
+      run_eha({"fit", source_file("config/records/bench.csv"), "--model", "integrator_lag_valve", "-o", "models"},
+              folder.path());
+  ASSERT_EQ(fitted.code, 0) << fitted.err;
+  const auto design = [&](const std::vector<std::string>& more) {
+    // A rig that is not simulated: the model file alone predicts, which is quick.
+    std::vector<std::string> words{"design", "--from", "models/integrator_lag_valve.json",     "--improve",
+                                   "a2",     "--rig",  source_file("config/rigs/pci1716.toml")};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_eha(words, folder.path());
+  };
+  ASSERT_EQ(design({"-o", "best.toml"}).code, 0);
+  const Ended again = design({"best.toml", "-o", "again.toml"});
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_NE(again.out.find("best.toml is kept"), std::string::npos) << again.out;
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "again.toml"));
+
+  std::ofstream(folder.path() / "poor.toml") << R"(schema = 1
+name = "poor"
+duration_s = 50.0
+
+[excitation]
+kind = "multisine"
+tones = [ { frequency_Hz = 0.05, amplitude_V = 0.5, phase_rad = 0.0 } ]
+
+[record]
+discard_s = 10.0
+decimation = 20
+)";
+  const Ended better = design({"poor.toml", "-o", "better.toml"});
+  ASSERT_EQ(better.code, 0) << better.err;
+  EXPECT_NE(better.out.find("written: better.toml"), std::string::npos) << better.out;
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
+#include "ident/estimation/fit.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
 
@@ -43,19 +45,50 @@ Source source_of(Input kind, int late_parts = 0) {
   return source;
 }
 
-std::string advice_on(const Source& source, ident::Freedom delay = ident::Freedom::held) {
+std::optional<BetweenRows> found_on(const Source& source, ident::Freedom delay = ident::Freedom::held) {
   IdentificationTask task = task_of(source);
   ident::StructureOptions structure;
   structure.name = "lag";
   structure.structure = ident::structures::io({1, 0});
   structure.structure.delay.freedom = delay;
   task.structures.push_back(structure);
-  const auto found = input_between_rows(source, task, identify(source, task, {}, {}));
+  return input_between_rows(source, task, identify(source, task, {}, {}));
+}
+
+std::string advice_on(const Source& source, ident::Freedom delay = ident::Freedom::held) {
+  const auto found = found_on(source, delay);
   return found ? advice_of(*found, "eha fit rows.csv --intersample foh") : std::string();
 }
 
 TEST(IntersampleAdvice, OffersStraightLinesForASignalThatWasSampled) {
   EXPECT_NE(advice_on(source_of(Input::sampled)).find("falls from"), std::string::npos);
+}
+
+TEST(InputBetweenRows, IsStraightWhereTheErrorFallsFarByThatAlone) {
+  const auto sampled = found_on(source_of(Input::sampled));
+  ASSERT_TRUE(sampled);
+  EXPECT_TRUE(sampled->is_straight) << sampled->seen;
+  // A dead time of ten rows, which the structure lacks, is none of the rows' halves.
+  const auto held = found_on(source_of(Input::staircase, 100));
+  EXPECT_FALSE(held && held->is_straight) << held->seen;
+}
+
+TEST(InputBetweenRows, IsStraightForSeveralFilesTogetherOrForNone) {
+  const auto together = [](const std::vector<Source>& sources) {
+    std::vector<ident::Model> models;
+    for (const Source& source : sources) {
+      ident::StructureOptions lag{.name = "lag", .structure = ident::structures::io({1, 0})};
+      models.push_back(ident::fit(source.record, lag, {}, ident::run_in_order).model);
+    }
+    std::vector<const ident::Model*> each;
+    for (const ident::Model& model : models) each.push_back(&model);
+    return are_straight(sources, each);
+  };
+  EXPECT_TRUE(together({source_of(Input::sampled), source_of(Input::sampled)}));
+  EXPECT_FALSE(together({source_of(Input::staircase), source_of(Input::staircase)}));
+  Source run = source_of(Input::sampled);
+  run.run_folder = "runs/one";
+  EXPECT_FALSE(together({run, run})) << "a run's input is held";
 }
 
 TEST(IntersampleAdvice, SaysThatADeadTimeMayLackHalfARow) {
