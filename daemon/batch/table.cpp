@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -21,6 +22,7 @@
 #include "ident/statistics/distributions.hpp"
 #include "ident/statistics/robust.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/parameter_change.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
@@ -29,6 +31,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kFewestForTrends = 10;
+constexpr const char* kAtRest = "figures_at_rest";
 
 const Json* model_of(const Json& fit, const std::string& name) {
   if (!fit.is_object()) return nullptr;
@@ -49,18 +52,23 @@ std::string recommended_in(const Json& fit) {
   return found->at("model");
 }
 
-/// Units of a model's parameters by their names; those of ratios and orders are empty.
-Json units_of(const Json& document) {
-  Json units = Json::object();
+/// What the table needs of a model beside its document: the units of its parameters by their names, and the figures of
+/// a plant that comes to rest by the names of the parameters that they replace.
+void add_figures(Json& kept, const Json& document) {
+  Json& units = kept["parameter_units"] = Json::object();
   try {
     const ident::Model model = ident::model_from_text(document.dump(), "result.json");
+    const bool at_rest = ident::has_gain_at_rest(model);
     for (const ident::ParameterEstimate& parameter : model.parameters) {
       units[parameter.name] = ident::unit_of(parameter, model);
+      const auto figure = at_rest ? ident::figure_at_rest(model, parameter) : std::nullopt;
+      if (!figure) continue;
+      kept[kAtRest][parameter.name] = {
+          {"name", figure->name}, {"value", figure->value}, {"std", figure->std}, {"unit", figure->unit}};
     }
   } catch (const Error&) {
     // A result of another version is shown without units.
   }
-  return units;
 }
 
 /// Converts the models of a document of `eha fit` to a display unit.
@@ -87,7 +95,7 @@ Json essence_of(const Json& fit) {
     for (const char* key : {"r2_percent", "fit_percent", "error_min", "error_max"}) {
       if (model.contains("validation")) kept["validation"][key] = model.at("validation").at(key);
     }
-    kept["parameter_units"] = units_of(model);
+    add_figures(kept, model);
     models.push_back(std::move(kept));
   }
   return {{"models", std::move(models)}, {"recommendation", fit.value("recommendation", Json())}};
@@ -268,6 +276,32 @@ std::string csv_of(const Row& row, const Json& model, const std::vector<std::str
   return line + "\n";
 }
 
+/// What a row's model says of one compared number.
+struct Estimated {
+  std::string name;
+  std::string unit;
+  Estimate estimate;  ///< without the row
+};
+
+/// @param p  a parameter of the model with value and standard error   @param at_rest  its figure at rest in its place
+Estimated estimated(const Json& model, const Json& p, bool at_rest) {
+  const std::string name = p.at("name");
+  if (at_rest && model.at(kAtRest).contains(name)) {
+    const Json& figure = model.at(kAtRest).at(name);
+    const double value = figure.at("value");
+    const double std = figure.at("std");
+    const double half_width = ident::kInterval95 * std;
+    return {figure.at("name"),
+            figure.at("unit"),
+            {.value = value, .std = std, .lower95 = value - half_width, .upper95 = value + half_width}};
+  }
+  const double value = p.at("value");
+  const auto end_of = [&](const char* key) { return p.at(key).is_number() ? p.at(key).get<double>() : value; };
+  return {name,
+          model.value("parameter_units", Json::object()).value(name, std::string()),
+          {.value = value, .std = p.at("std"), .lower95 = end_of("lower95"), .upper95 = end_of("upper95")}};
+}
+
 }  // namespace
 
 std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const std::string& model) {
@@ -286,25 +320,29 @@ std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const
 std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model) {
   std::vector<Parameter> parameters;
   const std::vector<std::size_t> others = rows_in_other_units(rows, model);
+  std::vector<std::pair<std::size_t, const Json*>> compared;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Json* found = model_of(rows[i].fit, model);
-    if (found == nullptr || !is_accepted(*found)) continue;
-    if (std::find(others.begin(), others.end(), i) != others.end()) continue;
+    const bool is_left_out =
+        found == nullptr || !is_accepted(*found) || std::find(others.begin(), others.end(), i) != others.end();
+    if (!is_left_out) compared.emplace_back(i, found);
+  }
+  const bool at_rest =
+      std::all_of(compared.begin(), compared.end(), [](const auto& one) { return one.second->contains(kAtRest); });
+  for (const auto& [row, found] : compared) {
     for (const Json& p : found->at("parameters")) {
       const std::string name = p.at("name");
       if (p.at("fixed") == true || name == "initial_output" || !p.at("value").is_number() || !p.at("std").is_number()) {
         continue;
       }
+      const Estimated one = estimated(*found, p, at_rest);
       auto place =
-          std::find_if(parameters.begin(), parameters.end(), [&](const auto& one) { return one.name == name; });
+          std::find_if(parameters.begin(), parameters.end(), [&](const auto& known) { return known.name == one.name; });
       if (place == parameters.end()) {
-        const Json units = found->value("parameter_units", Json::object());
-        place = parameters.insert(place, {.name = name, .unit = units.value(name, std::string()), .estimates = {}});
+        place = parameters.insert(place, {.name = one.name, .unit = one.unit, .estimates = {}});
       }
-      const double value = p.at("value");
-      const auto end_of = [&](const char* key) { return p.at(key).is_number() ? p.at(key).get<double>() : value; };
-      place->estimates.push_back(
-          {.row = i, .value = value, .std = p.at("std"), .lower95 = end_of("lower95"), .upper95 = end_of("upper95")});
+      place->estimates.push_back(one.estimate);
+      place->estimates.back().row = row;
     }
   }
   for (Parameter& parameter : parameters) {

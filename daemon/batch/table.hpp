@@ -98,8 +98,9 @@ struct Parameter {
   double median = 0.0;
 };
 
-/// Returns the free parameters of a model, without those of the record's start, in the model's order. Leaves out
-/// records whose model of this name is rejected, and those in other units than the first one.
+/// Returns the free parameters of a model, without those of the record's start, in the model's order; where all
+/// records' models come to rest, K/a0 and the time constant T of one pole in their place (ident::figure_at_rest).
+/// Leaves out records whose model of this name is rejected, and those in other units than the first one.
 [[nodiscard]] std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::string& model);
 
 /// Returns the records with an accepted model of this name in other units than those of the first: an inch and a

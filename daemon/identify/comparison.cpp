@@ -30,6 +30,8 @@ constexpr double kHopelessFit_percent = 95.0;  // above which the model predicts
 // Joint intervals by which another experiment shifts a map's parameters on an unchanged plant, as straight lines stand
 // for a curved valve with friction; measured on the simulated rig with other amplitudes, tones and levels: at most 1.4.
 constexpr double kShiftByExperiment = 1.5;
+// The same where the kind of input is another one: small sums of sines, one sine, odd multisines; at most 2.4.
+constexpr double kShiftByOtherInput = 4.0;
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 there
 
 constexpr double kMostHidden_percent = 10.0;  // of the output's variance, left over beside plain noise
@@ -208,15 +210,19 @@ void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& s
   const double ratio = scored.rms_error / usual;
   const ident::Score& score = scored.validation.offset_reestimated.value_or(scored.validation.score);
   const bool is_hopeless = ratio > kHopeless && score.fit_percent < kHopelessFit_percent;
+  const auto moves_by = [&](double half_widths) {
+    return std::any_of(scored.change->parameters.begin(), scored.change->parameters.end(),
+                       [&](const ident::ParameterChange& p) {
+                         return p.changed && std::abs(p.after - p.before) > half_widths * p.half_width;
+                       });
+  };
   const bool is_far = ratio > kFarError || !model.input_map;
-  const bool shows = std::any_of(
-      scored.change->parameters.begin(), scored.change->parameters.end(), [&](const ident::ParameterChange& p) {
-        return p.changed && (is_far || std::abs(p.after - p.before) > kShiftByExperiment * p.half_width);
-      });
-  scored.of_another_plant = is_hopeless || (shows && ratio > ident::kGreatestErrorOverRefit);
-  if (scored.of_another_plant && !is_hopeless && !model.input_map &&
-      !holds_for_other_inputs(model, scored.refit->model, *scored.change) &&
-      was_recorded_with_other_input(model, source)) {
+  scored.of_another_plant =
+      is_hopeless || (moves_by(is_far ? 1.0 : kShiftByExperiment) && ratio > ident::kGreatestErrorOverRefit);
+  const bool is_beyond_inputs = model.input_map
+                                    ? moves_by(kShiftByOtherInput)
+                                    : is_hopeless || holds_for_other_inputs(model, scored.refit->model, *scored.change);
+  if (scored.of_another_plant && !is_beyond_inputs && was_recorded_with_other_input(model, source)) {
     scored.of_another_plant = false;
     scored.cannot_tell =
         "the inputs of this record and of the model's own differ, which alone can change the parameters of a plant "

@@ -46,44 +46,32 @@ struct Compared {
   Figure figure = Figure::parameter;
 };
 
-/// Whether the gain of two models is that at rest: a model behind a map has its intervals by that map's.
-bool have_gain_at_rest(const Model& before, const Model& after) {
-  const auto is_so = [](const Model& model) {
-    return !model.input_map && comes_to_rest(model) && model.transfer_function.numerator.size() == 1;
-  };
-  return is_so(before) && is_so(after);
-}
-
 bool has_one_pole(const Model& model) {
   const std::vector<Term>& d = model.transfer_function.denominator;
   return d.size() == 2 && has_whole_orders(d) && std::abs(d[0].order + d[1].order - 1.0) < 0.5;
 }
 
-/// The numbers of a model to compare. @param at_rest  the gain is K/a0, and of one pole the time constant is 1/a0
+bool is_a0(const ParameterEstimate& p) {
+  return p.role == ParameterRole::denominator_coefficient && p.name == coefficient_key(0).name;
+}
+
+const ParameterEstimate* a0_of(const Model& model) {
+  const auto a0 = std::find_if(model.parameters.begin(), model.parameters.end(), is_a0);
+  return a0 == model.parameters.end() || !(std::abs(a0->value) > 0.0) ? nullptr : &*a0;
+}
+
+/// The numbers of a model to compare. @param at_rest  figure_at_rest() in place of parameters
 std::vector<Compared> compared_of(const Model& model, bool at_rest) {
   std::vector<Compared> all;
-  const auto is_a0 = [](const ParameterEstimate& p) {
-    return p.role == ParameterRole::denominator_coefficient && p.name == coefficient_key(0).name;
-  };
-  const auto a0 = std::find_if(model.parameters.begin(), model.parameters.end(), is_a0);
   for (const ParameterEstimate& p : model.parameters) {
     Compared& one = all.emplace_back(Compared{p});
-    ParameterEstimate& shown = one.estimate;
-    if (!at_rest || a0 == model.parameters.end() || !(std::abs(a0->value) > 0.0)) continue;
-    if (p.role == ParameterRole::numerator_coefficient) {
-      one.figure = Figure::gain_at_rest;
-      const double gain = p.value / a0->value;
-      const double variance = p.std * p.std + gain * gain * a0->std * a0->std - 2.0 * gain * covariance(model, p, *a0);
-      shown.name = fmt::format("{}/{}", p.name, a0->name);
-      shown.value = gain;
-      shown.std = std::sqrt(std::max(0.0, variance)) / std::abs(a0->value);
-      shown.fixed = p.fixed && a0->fixed;
-    } else if (is_a0(p) && has_one_pole(model)) {
-      one.figure = Figure::time_constant;
-      shown.name = "T";
-      shown.value = 1.0 / p.value;
-      shown.std = p.std / (p.value * p.value);
-    }
+    const auto instead = at_rest ? figure_at_rest(model, p) : std::nullopt;
+    if (!instead) continue;
+    one.figure = instead->figure;
+    one.estimate.name = instead->name;
+    one.estimate.value = instead->value;
+    one.estimate.std = instead->std;
+    one.estimate.fixed = p.fixed && a0_of(model)->fixed;
   }
   return all;
 }
@@ -132,6 +120,31 @@ void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model
 
 }  // namespace
 
+bool has_gain_at_rest(const Model& model) {
+  return !model.input_map && comes_to_rest(model) && model.transfer_function.numerator.size() == 1;
+}
+
+std::optional<FigureAtRest> figure_at_rest(const Model& model, const ParameterEstimate& p) {
+  const ParameterEstimate* a0 = a0_of(model);
+  if (a0 == nullptr) return std::nullopt;
+  if (p.role == ParameterRole::numerator_coefficient) {
+    const double gain = p.value / a0->value;
+    const double variance = p.std * p.std + gain * gain * a0->std * a0->std - 2.0 * gain * covariance(model, p, *a0);
+    const bool is_known = !model.output_unit.empty() && !model.input_unit.empty();
+    return FigureAtRest{.figure = Figure::gain_at_rest,
+                        .name = fmt::format("{}/{}", p.name, a0->name),
+                        .value = gain,
+                        .std = std::sqrt(std::max(0.0, variance)) / std::abs(a0->value),
+                        .unit = is_known ? fmt::format("{}/{}", model.output_unit, model.input_unit) : ""};
+  }
+  if (!is_a0(p) || !has_one_pole(model)) return std::nullopt;
+  return FigureAtRest{.figure = Figure::time_constant,
+                      .name = "T",
+                      .value = 1.0 / p.value,
+                      .std = p.std / (p.value * p.value),
+                      .unit = "s"};
+}
+
 bool leaves_plain_noise(const Model& model) {
   return model.estimation && model.estimation->noise && model.estimation->noise->coefficients.empty() &&
          model.estimation->noise->variance > 0.0;
@@ -139,7 +152,7 @@ bool leaves_plain_noise(const Model& model) {
 
 PlantChange compare_parameters(const Model& before, const Model& after, double level) {
   PlantChange change;
-  const bool at_rest = have_gain_at_rest(before, after);
+  const bool at_rest = has_gain_at_rest(before) && has_gain_at_rest(after);
   const std::vector<Compared> others = compared_of(after, at_rest);
   for (const Compared& one : compared_of(before, at_rest)) {
     const ParameterEstimate& p = one.estimate;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,23 @@ enum class Figure {
   gain_at_rest,  ///< "K/a0", in place of K
   time_constant  ///< "T", in place of a0 of a model with one pole [s]
 };
+
+/// What an engineer makes of a parameter of a plant that comes to rest.
+struct FigureAtRest {
+  Figure figure = Figure::parameter;
+  std::string name;  ///< "K/a0", "T"
+  double value = 0.0;
+  double std = 0.0;  ///< by the parameters' covariance
+  std::string unit = {};
+};
+
+/// Whether a model has a gain at rest: it comes to rest, has no zero and no map, by which its intervals would be that
+/// map's.
+[[nodiscard]] bool has_gain_at_rest(const Model& model);
+
+/// The figure in place of a parameter: K/a0 of K, and 1/a0 of the a0 of one pole; none for others. Of a model that
+/// has_gain_at_rest().
+[[nodiscard]] std::optional<FigureAtRest> figure_at_rest(const Model& model, const ParameterEstimate& parameter);
 
 /// One parameter of two models of equal structure, each from its own record.
 struct ParameterChange {

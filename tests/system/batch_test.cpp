@@ -67,7 +67,7 @@ TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
     const json& outliers = record.at("outliers");
     ASSERT_EQ(outliers.empty(), !is_odd) << record.at("source") << outliers;
     if (is_odd) {
-      EXPECT_EQ(outliers.front().at("parameter"), "K");
+      EXPECT_EQ(outliers.front().at("parameter"), "K/a0");
     }
     EXPECT_TRUE(fs::exists(path("whole") / "records" / record.at("id") / "models" / "io1.json"));
   }
@@ -76,7 +76,7 @@ TEST_F(Batch, JudgesEveryRecordAndNamesTheOneThatIsApart) {
   EXPECT_NE(whole_->out.substr(row, whole_->out.find('\n', row) - row).find("K/a0 = "), std::string::npos)
       << "in figures: " << whole_->out;
   const std::string page = content_of(path("whole") / "report.html");
-  EXPECT_NE(page.find("0007-r17 lies apart: K is"), std::string::npos);
+  EXPECT_NE(page.find("0007-r17 lies apart: K/a0 is"), std::string::npos);
   for (const char* heading : {"Parameters of io1 over the records", "Recommended models", "Records"}) {
     EXPECT_NE(page.find(heading), std::string::npos) << heading;
   }
@@ -242,9 +242,9 @@ TEST_F(Batch, NamesAParameterThatRises) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json trends = json::parse(content_of(path("drifting_out") / "table.json")).at("trends");
   ASSERT_EQ(trends.size(), 1U) << trends;
-  EXPECT_EQ(trends.front().at("parameter"), "K");
-  EXPECT_NEAR(trends.front().at("change").get<double>(), 0.02 * (kRecords - 1), 0.05);
-  EXPECT_NE(ended.out.find("trend    K rises by 0.2"), std::string::npos) << ended.out;
+  EXPECT_EQ(trends.front().at("parameter"), "K/a0");
+  EXPECT_NEAR(trends.front().at("change").get<double>(), 0.02 * (kRecords - 1) / 1.5, 0.03);
+  EXPECT_NE(ended.out.find("trend    K/a0 rises by 0.1"), std::string::npos) << ended.out;
   EXPECT_EQ(ended.out.find("apart    0"), std::string::npos) << ended.out;
   const json whole = json::parse(content_of(path("whole") / "table.json")).at("trends");
   EXPECT_TRUE(whole.empty()) << whole;
