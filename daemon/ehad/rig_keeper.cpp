@@ -8,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/os/lock_file.hpp"
 #include "daemon/rig/arming.hpp"
@@ -54,7 +55,8 @@ bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(confi
 
 void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
-  rest_.reset();
+  if (config.text != rest_text_) rest_.reset();
+  rest_text_ = config.text;
   const ArmingFindings findings = arming_findings(config);
   for (const std::string& sentence : findings.refusals)
     spdlog::error("{}: cannot be armed: {}", config.file_name, sentence);
@@ -259,6 +261,15 @@ void RigKeeper::arm(Done done) {
         if (needs_card || opened_text_ != config->text) {
           close();
           open(*config);
+          // Nobody read the rod in between.
+          read_idle_rig();
+          if (const auto moved_in = notices_motion()) {
+            const DisplayUnit unit(config->units);
+            throw DeviceError(fmt::format(
+                "not armed: the rod's reading moved by {:.2g} {} while the card was opened anew; look at the rod, the "
+                "sensor and its wire, then arm again",
+                unit.factor("in") * *moved_in, unit.of("in")));
+          }
         }
         if (!card_) return;
         if (is_unsafe_ && card_->rig().make_safe() == hal::RigStatus::ok) is_unsafe_ = false;

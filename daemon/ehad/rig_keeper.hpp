@@ -172,6 +172,7 @@ class RigKeeper {
     double speed_in_per_s = 0.0;  ///< at the end of a run
   };
   std::optional<Rest> rest_;  ///< at most half a second old, or the end of the last run; belongs to the rig's thread
+  std::string rest_text_;     ///< of the rig file by which rest_ was read
   std::atomic<double> moved_in_{};  ///< until it is noticed
   bool is_suspect_ = false;
   bool is_making_safe_ = false;

@@ -2,11 +2,14 @@
 // The rod between two runs, where the hydraulics are off: the built programs on the stand-in card.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <sstream>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -98,6 +101,15 @@ class ServiceRodBetweenRuns : public RodBetweenRuns {
     client_ = std::make_unique<Client>(daemon_.socket());
     client_->call("arm");
   }
+  [[nodiscard]] pid_t guard() const {
+    for (const auto& task : fs::directory_iterator(fmt::format("/proc/{}/task", daemon_.pid()))) {
+      std::istringstream children(content_of(task.path() / "children"));
+      for (pid_t child = 0; children >> child;) {
+        if (content_of(fmt::format("/proc/{}/cmdline", child)).find("eha-safe") != std::string::npos) return child;
+      }
+    }
+    throw std::runtime_error("no guard runs");
+  }
   [[nodiscard]] fs::path hangs() const { return daemon_.folder() / "hangs"; }
   void hang() const { std::ofstream(hangs()) << "the disk, while this is there"; }
 
@@ -136,6 +148,23 @@ TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten
   EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon_.log();
   EXPECT_EQ(entry_of(daemon_, next).at("state"), "held") << daemon_.log();
   EXPECT_EQ(rig_.card().enabled_ns, before_ns);
+}
+
+TEST_F(ServiceRodBetweenRuns, IsComparedWhereArmingOpensTheCardAnew) {
+  client_->call("disarm");
+  kill(guard(), SIGKILL);
+  EXPECT_TRUE(daemon_.logs("the guard of the rig")) << daemon_.log();
+  {
+    const std::int64_t before_ns = rig_.card().output_ns;
+    const std::jthread slip([&](const std::stop_token& end) {
+      while (!end.stop_requested() && rig_.card().output_ns == before_ns) std::this_thread::yield();
+      rig_.card().position_in -= 1.5;
+    });
+    const Refused refusal = refused(*client_, "arm");
+    EXPECT_NE(refusal.message.find("moved by -1.5 in while the card was opened anew"), std::string::npos)
+        << refusal.message << daemon_.log();
+  }
+  EXPECT_EQ(refused(*client_, "arm").message, "") << "as it stands now";
 }
 
 }  // namespace
