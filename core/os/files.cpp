@@ -62,6 +62,15 @@ FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned 
   return file;
 }
 
+FileDescriptor open_regular_file(const std::filesystem::path& path) {
+  FileDescriptor file = open_file(path, O_RDONLY | O_NONBLOCK | O_NOCTTY);
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) throw_system_error("look at", path, errno);
+  if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + shown(path) + ": it is a folder");
+  if (!S_ISREG(status.st_mode)) throw IoError("cannot read " + shown(path) + ": no regular file");
+  return file;
+}
+
 std::size_t read_up_to(const FileDescriptor& file, char* bytes, std::size_t size, const std::filesystem::path& path) {
   return read_all([&](std::size_t done) { return ::read(file.get(), bytes + done, size - done); }, size, path);
 }

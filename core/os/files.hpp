@@ -19,6 +19,10 @@ namespace eha::os {
 /// @param doing  "write", "create", ... as in "cannot write PATH: ..."
 [[noreturn]] void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number);
 
+/// Opens a regular file to read; a pipe of a stranger, which nobody writes, does not hang.
+/// @throws IoError  it is none
+[[nodiscard]] FileDescriptor open_regular_file(const std::filesystem::path& path);
+
 /// Opens a file with open(2), close-on-exec added.
 [[nodiscard]] FileDescriptor open_file(const std::filesystem::path& path, int flags, unsigned mode = 0644);
 

@@ -47,8 +47,9 @@ os::FileDescriptor connect_to(const std::filesystem::path& path, milliseconds pa
   if (error_number == EAGAIN) throw ConnectionLost(path.string() + ": ehad accepts no connection");
   throw DeviceError(fmt::format(
       "ehad is not running ({}: {}). Its guard, eha-safe, makes the rig safe when ehad ends; look at the rig, and if "
-      "it moves, use its emergency stop. Then start ehad (systemctl start ehad), and eha status says what it found",
-      path.string(), error_text(error_number)));
+      "it moves, use its emergency stop. Then start ehad ({}), and eha status says what it found",
+      path.string(), error_text(error_number),
+      path == kDefaultSocket ? "systemctl start ehad" : fmt::format("with --socket {}", path.string())));
 }
 
 }  // namespace

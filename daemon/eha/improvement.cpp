@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -19,10 +20,12 @@
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/design_command.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/identify/design_choice.hpp"
 #include "daemon/identify/improved_experiment.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/rehearsal/rehearsal.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/model/model_file.hpp"
 
@@ -73,8 +76,13 @@ DesignAnswer answered(const DesignPredictor& predictor, const DesignCommand& com
   for (double times = 1.0; answer.chosen.design.std > wanted && times < most;) {
     const double longer = std::ceil(times * std::pow(answer.chosen.design.std / wanted, 2) - 1e-9);
     times = std::min(most, std::max(times + 1.0, longer));
-    task.duration_s = task.options.discard_s + times * compared_s;
-    answer.chosen = prolonged(predictor, answer.chosen.design, task);
+    ident::ImprovementTask prolonging = task;
+    prolonging.duration_s = task.options.discard_s + times * compared_s;
+    ChosenDesign prolonged_one = prolonged(predictor, answer.chosen.design, prolonging);
+    // A rod that drifts reaches its limits in a long experiment.
+    if (!(prolonged_one.design.std < answer.chosen.design.std)) break;
+    answer.chosen = std::move(prolonged_one);
+    task.duration_s = prolonging.duration_s;
   }
   answer.reached = answer.chosen.design.std <= wanted;
   return answer;
@@ -129,6 +137,15 @@ BetterDesign better_design(const DesignCommand& command, const ident::Improvemen
   if (command.twin_file) design += " --twin " + shell_word(*command.twin_file);
   if (command.output) design += " -o " + shell_word(command.output->string());
   return {"a longer one may, which --to designs", design};
+}
+
+/// Warns of an experiment whose rehearsed rods reach a limit. @returns whether `eha run` does not refuse it for that
+bool is_playable(const std::filesystem::path& file, const config::RigConfig& rig, const Console& console) {
+  const config::PreparedExperiment experiment = config::load_prepared_experiment(file.string(), rig);
+  const double place_in = start_of(rig);
+  const std::optional<Rehearsal> rehearsal = rehearse(experiment, rig, place_in);
+  judge_travel({experiment, rig, place_in, rehearsal}, file.string(), TravelRisk::accept, console);
+  return !rehearsal || rehearsal->chance_of_trip < kRefusedChanceOfTrip;
 }
 
 }  // namespace
@@ -233,7 +250,9 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
   }
   console.print(keeps_given ? fmt::format("{} is kept, no design is better by 5 %: nothing is written", path.string())
                             : fmt::format("written: {}", path.string()));
-  if (improves) console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {path.string()}));
+  if (improves && is_playable(path, rig, console)) {
+    console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {path.string()}));
+  }
   if (better.command) console.next_step(*better.command);
   return ExitCode::ok;
 }

@@ -85,7 +85,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   const std::string text = fmt::format(
       "# Made by `eha design --band {0:g}:{1:g} --period {2:g} --odd-random --realisations {3}` for \"{4}\".\n"
       "# {5}\n"
-      "schema = 1\nname = \"band\"\nduration_s = {6:.3f}\n\n{7}\n\n[hold]\n\n"
+      "schema = 1\nname = \"odd-random\"\nduration_s = {6:.3f}\n\n{7}\n\n[hold]\n\n"
       "[excitation]\nkind = \"odd_random_multisine\"\noffset_V = {8:.3f}\namplitude_V = {9:.4f}\n"
       "frequency_min_Hz = {0:.6f}\nfrequency_max_Hz = {1:.6f}\nrealisations = {3}\nperiods = {10}\n\n"
       "[record]\ndiscard_s = {2:.3f}\ndecimation = {11}\n",

@@ -22,6 +22,8 @@ namespace eha::cli {
 namespace {
 
 constexpr double kSurelyEnough_rows = 1e6;
+/// Share of the travel beside a limit where a rod is close to it.
+constexpr double kCloseShare = 0.05;
 /// Too small for an offset: a tenth of an inch in a hundred seconds.
 constexpr double kSmallDrift_in_per_s = 0.001;
 
@@ -80,6 +82,19 @@ std::string remedy_for(const Rehearsed& rehearsed) {
   return start.empty() ? remedy : fmt::format("{}: {}", start, remedy);
 }
 
+/// "the valve of [following] (null -0.2 V, half dead band 0.151 V)": by what the rehearsed rods move.
+std::string valve_of(const config::RigConfig& rig) {
+  return fmt::format("the valve of [following] (null {:.3g} V, half dead band {:.3g} V)", rig.limits.following->null_V,
+                     rig.limits.following->dead_band_V);
+}
+
+/// ", 0.05 in from a limit" of rods that come close to one; else empty.
+std::string near_limit(const Rehearsal& rehearsal, const config::RigConfig& rig, const DisplayUnit& unit) {
+  const double left_in = *margin_of(rehearsal, rig);
+  if (left_in >= kCloseShare * (rig.limits.travel_max_in - rig.limits.travel_min_in)) return {};
+  return fmt::format(", {:.2g} {} from a limit", unit.factor("in") * std::max(0.0, left_in), unit.of("in"));
+}
+
 }  // namespace
 
 bool begins_anew(const config::RigConfig& rig, Player player) {
@@ -112,17 +127,20 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
   if (!is_small && rehearsal.still_offset_V) {
     remedy = fmt::format("; offset_V = {:.3f} stops that", *rehearsal.still_offset_V);
   } else if (!is_small && rehearsal.offset_has_no_room) {
+    const double left_in = *margin_of(rehearsal, rig);
+    const bool is_close = left_in < kCloseShare * (rig.limits.travel_max_in - rig.limits.travel_min_in);
     remedy =
-        rehearsal.chance_of_trip < kWarnedChanceOfTrip
-            ? "; it stays clear of the limits and may be played as it is. The command limits leave no room for the "
-              "offset_V that stops the drift; lower amplitudes or [hold] do"
-            : "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])";
+        is_close || rehearsal.chance_of_trip >= kWarnedChanceOfTrip
+            ? "; the command limits leave no room for the offset_V that stops that (lower amplitudes do, or [hold])"
+            : "; it may be played as it is. The command limits leave no room for the offset_V that stops the drift; "
+              "lower amplitudes or [hold] do";
   }
   // The loop stops a rod early enough before a limit that it comes to rest there.
   const bool may_trip = rehearsal.chance_of_trip >= kWarnedChanceOfTrip;
-  return fmt::format("rehearsed with the rig's valve: {} {:.2f} to {:.2f} {} (95 %) and {}{}",
+  return fmt::format("rehearsed with {}: {} {:.2f} to {:.2f} {} (95 %{}) and {}{}", valve_of(rig),
                      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",
                      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"),
+                     may_trip ? "" : near_limit(rehearsal, rig, unit),
                      drift_text(factor * rehearsal.drift_in_per_s, unit.of("in")), remedy);
 }
 
@@ -133,7 +151,9 @@ void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
   const std::string move = move_that_helps(rehearsed, console);
-  const std::string remedy = move.empty() ? remedy_for(rehearsed) : move;
+  const std::string remedy =
+      fmt::format("{}; measure the valve first if it may not be {} any more (`eha characterise`)",
+                  move.empty() ? remedy_for(rehearsed) : move, valve_of(rehearsed.rig));
   if (rehearsal->chance_of_trip >= kRefusedChanceOfTrip && risk == TravelRisk::refuse) {
     throw ConfigError(fmt::format("{}; {:.0f} % or more is refused: {}; --accept-travel-risk plays it nevertheless",
                                   found, 100.0 * kRefusedChanceOfTrip, remedy));

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "daemon/control/client.hpp"
@@ -33,7 +35,13 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   const std::string reason = given.is_string() ? given.get<std::string>() : std::string();
   if (state == "idle") state = status.at("run").is_null() ? "not armed" : "starting";
   if (state == "faulted" && reason == kStarted) state = "not armed";
-  return reason.empty() ? state : state + " (" + reason + ")";
+  if (reason.empty()) return state;
+  // "...; run NAME" of a fault, whose run has all of it.
+  constexpr std::string_view kRun = "; run ";
+  const std::size_t run = reason.rfind(kRun);
+  if (run == std::string::npos) return state + " (" + reason + ")";
+  const std::string show = "eha runs show " + reason.substr(run + kRun.size());
+  return state + " (" + reason.substr(0, run) + "; `" + show + "` says what to do)";
 }
 
 }  // namespace eha::cli

@@ -134,8 +134,10 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
   if (local.is_unguarded())
     throw DeviceError("the guard of the rig (eha-safe --guard) does not run; nothing is driven");
   std::optional<double> margin_in = planned.margin_in;
+  std::optional<RodAtRest> rest;  // of a machine
   if (!begins_anew(rig_config, Player::local)) {
     const double place_in = place_of(local.rig());
+    rest = RodAtRest{.at = std::chrono::steady_clock::now(), .place_in = place_in};
     require_rod_at_rest(earlier, place_in, console.unit(rig_config.units));
     require_place_to_begin(experiment.config, place_in, planned.file, console.unit(rig_config.units));
     if (std::abs(place_in - start_of(rig_config)) > kSamePlace_in) {
@@ -162,7 +164,11 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .early_end = early_end.get(),
       .missing = &earlier.missing,
       .page = &local.page(),
-      .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); }};
+      .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); },
+      .before_driven =
+          [&](hal::Rig& rig) {
+            if (rest) require_at_rest(rig, *rest, console.unit(rig_config.units));
+          }};
   const DisplayUnit unit = console.unit(rig_config.units);
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <vector>
 
@@ -217,8 +219,18 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
+/// Whether a fault is of the rod, its sensor or valve; those of the card and of late ticks are for `eha doctor`.
+bool is_of_rod(std::string_view description) {
+  constexpr std::array<std::string_view, 7> kOthers{"frozen_sensor", "feedback_band",      "feedback_rail",
+                                                    "not_following", "unexplained_motion", "velocity_limit",
+                                                    "travel_limit"};
+  const std::string_view name = fault_name(description);
+  return is_of_following(name) || std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
+}
+
 /// Returns the next commands for a run. @param entry  of the service's queue; null if no service has the run
-std::vector<std::string> next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry) {
+std::vector<std::string> next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry,
+                                 const suggest::RigAccess& rig) {
   const std::string run = shell_word(command.run.string());
   const std::string state = entry.is_object() ? entry.value("state", "") : "";
   if (state == "running") return {through(command.socket, "eha status --watch")};
@@ -227,7 +239,11 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
   const bool is_fitted =
       record::purpose_of(manifest) == record::Purpose::models ||
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
-  if (!has_rows(command.run)) return {"eha doctor"};  // nothing to fit or to draw
+  if (!has_rows(command.run)) {  // nothing to fit or to draw
+    const std::string fault = manifest.report ? manifest.report->description : std::string();
+    const bool moves = manifest.other.value(Json::json_pointer("/device/backend"), std::string()) != "sim";
+    return {is_of_rod(fault) ? next_after_trip(fault, moves, rig) : "eha doctor"};
+  }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
   if (fit && next.front() != *fit && !acquisition::is_whole(*manifest.outcome)) next.push_back(*fit);
@@ -264,7 +280,7 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   if (!against.empty() && manifest.identification && manifest.identification->accepted) {
     console.print("latest   another run: " + against);
   }
-  for (const std::string& step : next_of(command, manifest, entry)) console.next_step(step);
+  for (const std::string& step : next_of(command, manifest, entry, console.rig())) console.next_step(step);
   return ExitCode::ok;
 }
 

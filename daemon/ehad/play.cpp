@@ -11,9 +11,9 @@
 namespace eha::service {
 
 play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
-                       OwnedRig* card, const std::filesystem::path& snapshot, acquisition::NonRealtime non_realtime,
-                       acquisition::StateMachine& machine, acquisition::MissingMotion& missing,
-                       acquisition::StopRequest& stop, play::RunWatch& watch) {
+                       OwnedRig* card, const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
+                       acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
+                       acquisition::MissingMotion& missing, acquisition::StopRequest& stop, play::RunWatch& watch) {
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
   OwnedRig& rig = card != nullptr ? *card : simulated.emplace(config, snapshot);
@@ -33,7 +33,11 @@ play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, 
       .watch = &watch,
       .missing = &missing,
       .page = &rig.page(),
-      .share_journal = [&rig](const os::FileDescriptor& journal) { rig.hold(journal); }};
+      .share_journal = [&rig](const os::FileDescriptor& journal) { rig.hold(journal); },
+      .before_driven =
+          [&](hal::Rig& driven) {
+            if (card != nullptr && rest) require_at_rest(driven, *rest, DisplayUnit(config.units));
+          }};
   return play::play(rig.rig(), machine, request, stop);
 }
 

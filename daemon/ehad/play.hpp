@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
@@ -10,6 +11,7 @@
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/ehad/queue.hpp"
 #include "daemon/play/play.hpp"
+#include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/owned_rig.hpp"
 
 namespace eha::service {
@@ -18,12 +20,14 @@ namespace eha::service {
 /// @param card     the open card; none: opens a simulated rig, so that equal experiments give equal records
 /// @param snapshot  the page of a simulated rig is beside it, see OwnedRig
 /// @param machine must be armed
+/// @param rest     where the card's rod was when it was last read: nothing is driven if it moved; none: not known
 /// @param missing  of the runs before on this card, then of this one, too
 /// @throws as play::play
 [[nodiscard]] play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,
                                      const config::RigConfig& config, OwnedRig* card,
-                                     const std::filesystem::path& snapshot, acquisition::NonRealtime non_realtime,
-                                     acquisition::StateMachine& machine, acquisition::MissingMotion& missing,
-                                     acquisition::StopRequest& stop, play::RunWatch& watch);
+                                     const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
+                                     acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
+                                     acquisition::MissingMotion& missing, acquisition::StopRequest& stop,
+                                     play::RunWatch& watch);
 
 }  // namespace eha::service

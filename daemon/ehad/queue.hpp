@@ -72,8 +72,8 @@ struct Entry {
 /// Describes the entry for clients, without the experiment's text.
 [[nodiscard]] Json describe(const Entry& entry);
 
-/// Describes the end of an experiment that a fault or the death of ehad ended: "experiment 7: faulted: travel_limit
-/// ...; run NAME".
+/// Describes the end of an experiment that a fault or the death of ehad ended, without advice, which the run has:
+/// "experiment 7: faulted: travel_limit ...; run NAME".
 [[nodiscard]] std::string bad_end_of(const Entry& entry);
 
 /// The queue's files, one for each experiment, replaced atomically. Blocks on the disk. Not thread-safe.

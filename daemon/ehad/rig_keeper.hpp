@@ -19,6 +19,7 @@
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
 #include "daemon/play/sample_stream.hpp"
+#include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "hal/rig.hpp"
@@ -107,7 +108,6 @@ class RigKeeper {
     thread_->ask(
         [this, play = std::move(play)]() mutable {
           idle_blocks_.finish();
-          rest_.reset();
           auto finished = play(card_.get(), machine_, missing_);
           // Nobody read the rod while the files were written.
           rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};
@@ -115,6 +115,9 @@ class RigKeeper {
         },
         std::move(then));
   }
+
+  /// Where the rod of a machine was when it was last read; belongs to the rig's thread, so call it in play().
+  [[nodiscard]] const std::optional<RodAtRest>& rest() const noexcept { return rest_; }
 
   /// Call after a run whose end the card has not confirmed: makes it safe, or else leaves it to the guard, which opens
   /// it anew and tries again and again. The next arm() opens it.
@@ -165,14 +168,9 @@ class RigKeeper {
   play::BlockMaker idle_blocks_{samples_, play::BlockMaker::Kind::idle};  ///< belongs to the rig's thread
   std::optional<double> placed_in_;                                       ///< of a simulated rig
   int reads_left_out_ = 0;                                                ///< of a card that does not answer
-  /// Where an undriven rod was at a time.
-  struct Rest {
-    std::chrono::steady_clock::time_point at;
-    double place_in = 0.0;
-    double speed_in_per_s = 0.0;  ///< at the end of a run
-  };
-  std::optional<Rest> rest_;  ///< at most half a second old, or the end of the last run; belongs to the rig's thread
-  std::string rest_text_;     ///< of the rig file by which rest_ was read
+  std::optional<RodAtRest>
+      rest_;               ///< at most half a second old, or the end of the last run; belongs to the rig's thread
+  std::string rest_text_;  ///< of the rig file by which rest_ was read
   std::atomic<double> moved_in_{};  ///< until it is noticed
   bool is_suspect_ = false;
   bool is_making_safe_ = false;

@@ -138,6 +138,9 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (active_ && active_->stop->count() > 0) {
     throw DeviceError("not armed: a stop is ramping the rod out, and then disarms the rig; once it rests: eha arm");
   }
+  if (!moved_while_armed_.empty()) {
+    throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
+  }
   const bool was_held = lease_.is_held_by(peer.uid);
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
@@ -297,6 +300,7 @@ void Supervisor::poll_rod(Clock::time_point now) {
       "has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
   spdlog::critical("{}", why);
+  if (is_at_stake) moved_while_armed_ = why;
   if (active_) {
     active_->moved = why;
   } else if (is_at_stake) {

@@ -206,6 +206,8 @@ class Supervisor {
   std::uint64_t starts_ = 0;  ///< attempts since the start of the service
   Turn next_;                 ///< the experiment about to begin; a new object for each attempt, none after a disarm
   std::string disarmed_because_ = "ehad has started";
+  std::string
+      moved_while_armed_;  ///< what poll_rod() said of it: the next arming is refused once, for a person to look
   Clock::time_point silent_until_{};  ///< of motion at rest
   bool shutting_down_ = false;
   Health health_;

@@ -187,8 +187,8 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   rig_.play(
       [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
           OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion& missing) {
-        return play(entry, folder, *config, card, rig_.snapshot(), options_.non_realtime, machine, missing, *stop,
-                    *watch);
+        return play(entry, folder, *config, card, rig_.rest(), rig_.snapshot(), options_.non_realtime, machine, missing,
+                    *stop, *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }

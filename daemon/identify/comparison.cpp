@@ -179,6 +179,25 @@ double own_rms_error(const ident::Model& model) {
   return model.estimation ? std::sqrt(model.estimation->score.mse) : 0.0;
 }
 
+/// Why records about other levels of the output show no change of the plant: stiffness of the oil and flow of a valve
+/// depend on where the rod is. Empty where they are about one level, and where a parameter moved far more than that.
+std::string other_level(const Source& before, const Source& after, const ident::PlantChange& change) {
+  constexpr double kApart = 0.15;  // of the lesser range
+  const auto far = [](const ident::ParameterChange& p) {
+    return p.changed && std::abs(p.after - p.before) > kShiftByOtherInput * p.half_width;
+  };
+  if (!change.changed || std::any_of(change.parameters.begin(), change.parameters.end(), far)) return {};
+  const Eigen::VectorXd& a = before.record.output;
+  const Eigen::VectorXd& b = after.record.output;
+  const double range = std::min(a.maxCoeff() - a.minCoeff(), b.maxCoeff() - b.minCoeff());
+  if (!(std::abs(b.mean() - a.mean()) > kApart * range)) return {};
+  const std::string unit = ident::after_number(before.record.output_channel.unit);
+  return fmt::format(
+      "the records are about {:.3g}{} and {:.3g}{}, which alone shifts the parameters of a cylinder a little; compare "
+      "two runs that begin at one place",
+      a.mean(), unit, b.mean(), unit);
+}
+
 /// Whether a comparison holds although the inputs differ: both models leave plain noise over, so that no part of the
 /// plant is left that another input would move otherwise, and what changed did so by more than a part within the noise
 /// makes it.
@@ -503,6 +522,7 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       if (explains_valve(greater, *comparison.runs[i].change)) {
         comparison.runs[i].bent_map = ComparedRun::BentMap{*greater, is_first};
       }
+      comparison.runs[i].cannot_tell = other_level(first, sources[i], *comparison.runs[i].change);
     }
     if (structure.structure.input_map.valve) continue;
     const double before_s = ident::compared_s(comparison.runs.front().fit.model);

@@ -54,7 +54,7 @@ class MappedFile {
  public:
   explicit MappedFile(const std::filesystem::path& path) : size_(std::filesystem::file_size(path)) {
     if (size_ == 0) return;
-    const os::FileDescriptor file = os::open_file(path, O_RDONLY);
+    const os::FileDescriptor file = os::open_regular_file(path);
     address_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, file.get(), 0);
     if (address_ == MAP_FAILED) throw IoError(path.string() + ": cannot be mapped: " + error_text(errno));
   }

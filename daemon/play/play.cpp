@@ -141,6 +141,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
                             request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page,
                             request.missing);
   };
+  if (request.before_driven) request.before_driven(run.rig);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {
     if (request.early_end == nullptr) return play_source(*make_source(request));
     EarlyEndSource source(make_source(request), *request.early_end, request.time_base);
@@ -180,8 +181,9 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
 
 /// Closes the journal and writes the files made from it. Stores a failure in `finished` and still writes the remaining
 /// files.
-/// @param journal  none: it cannot be closed
-void write_files(FinishedRun& finished, record::JournalWriter* journal, record::Manifest& manifest) {
+/// @param folder   of the run, held open   @param journal  none: it cannot be closed
+void write_files(FinishedRun& finished, const std::filesystem::path& folder, record::JournalWriter* journal,
+                 record::Manifest& manifest) {
   const auto attempt = [&](const auto& work) {
     try {
       work();
@@ -190,7 +192,7 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
     }
   };
   if (journal != nullptr) attempt([&] { journal->finish(record::describe_end(finished.report)); });
-  attempt([&] { record::write_files_from_journal(finished.folder); });
+  attempt([&] { record::write_files_from_journal(folder); });
   Outcome& outcome = finished.report.outcome;
   if (!finished.write_error.empty() && (acquisition::is_whole(outcome) || outcome == Outcome::interrupted)) {
     outcome = Outcome::write_failed;
@@ -200,7 +202,7 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
   for (const delays::Delay& delay : finished.delays) {
     manifest.other["report"]["delays"].push_back(delays::to_json(delay));
   }
-  attempt([&] { record::write_manifest(finished.folder, manifest); });
+  attempt([&] { record::write_manifest(folder, manifest); });
   if (!finished.write_error.empty() && acquisition::is_whole(outcome)) outcome = Outcome::write_failed;
 }
 
@@ -209,19 +211,22 @@ void write_files(FinishedRun& finished, record::JournalWriter* journal, record::
 FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRequest& request,
                  acquisition::StopRequest& stop, const Progress& progress) {
   UnusedFolderRemover remover(request.folder);
-  os::require_free_space(request.folder, bytes_needed(request));
+  // Held open: who owns the folder above may put another one in its place.
+  const os::FileDescriptor held = os::open_folder(request.folder);
+  const std::filesystem::path folder = os::path_through(held);
+  os::require_free_space(folder, bytes_needed(request));
   const record::RunDescription description{.rig = request.rig,
                                            .experiment = request.experiment,
                                            .samples_per_repetition = request.table_V.size(),
                                            .time_base = request.time_base,
                                            .utc_start = record::utc_now()};
   const nlohmann::ordered_json header = record::describe_run(rig.capabilities(), description);
-  record::JournalWriter journal(request.folder / record::kJournalFile, header,
+  record::JournalWriter journal(folder / record::kJournalFile, header,
                                 rows_per_block(request.rig.realtime.sample_period_s), request.page);
   if (request.share_journal) request.share_journal(journal.file());
   record::Manifest manifest = record::new_manifest(header, description.utc_start);
   manifest.other["played_by"] = request.played_by == PlayedBy::eha ? "eha" : "ehad";
-  record::write_manifest(request.folder, manifest);
+  record::write_manifest(folder, manifest);
 
   const auto own_watch = std::make_unique<RunWatch>();
   RunWatch& watch = request.watch != nullptr ? *request.watch : *own_watch;
@@ -231,7 +236,7 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
   remover.run_has_begun();
   watch.phase = RunWatch::Phase::closing;
   display.show();
-  write_files(finished, is_journal_sound ? &journal : nullptr, manifest);
+  write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest);
   display.rethrow_failure();
   return finished;
 }

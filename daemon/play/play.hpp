@@ -44,6 +44,8 @@ struct PlayRequest {
   GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record
   /// Gives the guard the journal, whose lock it shares; called once, before the rig is driven.
   std::function<void(const os::FileDescriptor& journal)> share_journal = {};
+  /// Called immediately before the rig is driven. If it throws, nothing is driven and the folder is removed.
+  std::function<void(hal::Rig&)> before_driven = {};
 };
 
 /// A run that has ended.

@@ -54,7 +54,7 @@ ReaderLimits limits_for(std::uint64_t file_bytes) {
 
 ConfinedReader::ConfinedReader(std::string_view kind, const std::filesystem::path& path, int cost)
     : path_(os::shown(path)) {
-  const os::FileDescriptor file = os::open_file(path, O_RDONLY);
+  const os::FileDescriptor file = os::open_regular_file(path);
   const std::filesystem::path program = find_program("eha-reader");
   if (program.empty()) throw IoError("eha-reader is not installed beside eha; install the package again");
   file_bytes_ = std::filesystem::file_size(path);

@@ -48,10 +48,9 @@ struct Block {
 /// Reads a journal's parts at any offset.
 class JournalFile {
  public:
-  explicit JournalFile(const std::filesystem::path& path) : path_(path), file_(os::open_file(path, O_RDONLY)) {
+  explicit JournalFile(const std::filesystem::path& path) : path_(path), file_(os::open_regular_file(path)) {
     struct stat status {};
     if (::fstat(file_.get(), &status) != 0) os::throw_system_error("look at", path, errno);
-    if (S_ISDIR(status.st_mode)) throw IoError("cannot read " + os::shown(path) + ": it is a folder");
     size_ = static_cast<std::uint64_t>(status.st_size);
   }
 
@@ -360,7 +359,7 @@ JournalFacts read_journal(const std::filesystem::path& path,
 
 bool is_being_written(const std::filesystem::path& path) {
   constexpr std::chrono::seconds kGuardsTime(1);
-  const os::FileDescriptor file = os::open_file(path, O_RDONLY);
+  const os::FileDescriptor file = os::open_regular_file(path);
   const auto deadline = std::chrono::steady_clock::now() + kGuardsTime;
   while (::flock(file.get(), LOCK_SH | LOCK_NB) != 0) {
     if (errno == EINTR) continue;

@@ -246,7 +246,7 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
 
 RawFile read_raw_file(const std::filesystem::path& path, const std::string& name) {
   // Opened once before HDF5, which does not report the system's error.
-  static_cast<void>(os::open_file(path, O_RDONLY));
+  static_cast<void>(os::open_regular_file(path));
   const QuietHdf5 quiet;
   const std::string damaged = (name.empty() ? path.string() : name) + ": not the raw record of a run, or damaged";
   const Hdf5File file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));

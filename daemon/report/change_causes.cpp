@@ -32,10 +32,9 @@ constexpr std::array kCommonCauses{
         "with which `eha characterise` finds a drift inside the dead band",
         is_of_valve},
     CommonCause{"commonly the supply pressure or the load, else the valve or a leak", is_gain},
-    CommonCause{
-        "commonly the load, as another moving mass changes time constant and natural frequency, or the oil: its "
-        "temperature, or air in it",
-        is_of_dynamics}};
+    CommonCause{"commonly the load, as another moving mass changes time constant and natural frequency, the oil (its "
+                "temperature, or air in it), or a slow or sticking spool of the valve",
+                is_of_dynamics}};
 
 }  // namespace
 

@@ -99,7 +99,7 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
           "Not shown whether the plant has changed: {}, and the inputs differ",
           subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
     case Finding::cannot_tell:
-      return "Not shown whether the plant has changed: a record is too short";
+      return "Not shown whether the plant has changed";
     case Finding::leaves_other:
       return "No change of a parameter found, but what the model leaves over changed";
     case Finding::alike:

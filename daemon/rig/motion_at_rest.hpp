@@ -5,7 +5,17 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/display_unit.hpp"
+#include "hal/rig.hpp"
+
 namespace eha {
+
+/// Where an undriven rod was at a time.
+struct RodAtRest {
+  std::chrono::steady_clock::time_point at;
+  double place_in = 0.0;
+  double speed_in_per_s = 0.0;  ///< at the end of a run
+};
 
 /// A rod within this distance of the start of a rehearsal has not moved: the tolerance of a placing (eha-experiment(5),
 /// [place]).
@@ -24,5 +34,11 @@ inline constexpr double kSamePlace_in = 0.02;
   const double coast_in = std::isfinite(speed_in_per_s) ? kCoasts_s * std::abs(speed_in_per_s) : 0.0;
   return kMoves_in + coast_in + std::clamp(kCreeps_in_per_s * (since.count() - kShort_s), 0.0, kMostCreep_in);
 }
+
+/// Checks immediately before a rod is driven that its reading is where it was: files are made between the last reading
+/// and the first tick. Interference in one reading is no motion.
+/// @param unit  of lengths in the message
+/// @throws DeviceError  it moved farther than most_motion_at_rest()
+void require_at_rest(hal::Rig& rig, const RodAtRest& rest, const DisplayUnit& unit);
 
 }  // namespace eha

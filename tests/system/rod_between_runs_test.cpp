@@ -131,6 +131,30 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesWhileTheFolderIsMade) {
   EXPECT_EQ(over.at("outcome"), "refused");
   EXPECT_EQ(over.at("note").get<std::string>().rfind("the rod's reading moved by -1.5 in", 0), 0U) << over;
   EXPECT_EQ(rig_.card().enabled_ns, 0);
+  // A script that arms and goes on is stopped once, for a person to look.
+  EXPECT_EQ(refused(*client_, "arm").message.rfind("not armed: the rod's reading moved by -1.5 in", 0), 0U);
+  EXPECT_EQ(refused(*client_, "arm").message, "");
+}
+
+TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesBetweenTheLastReadingAndTheFirstTick) {
+  // The journal is made in between.
+  const std::jthread slip([this](const std::stop_token& end) {
+    while (!end.stop_requested()) {
+      std::error_code ignored;
+      for (const auto& run : fs::directory_iterator(daemon_.runs(), ignored)) {
+        if (!fs::exists(run.path() / "raw.ehalog", ignored)) continue;
+        rig_.card().position_in -= 1.5;
+        return;
+      }
+    }
+  });
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("next", 2.0), false);
+  const Json over = follow(daemon_, entry);
+  EXPECT_EQ(over.at("outcome"), "refused") << over;
+  EXPECT_NE(over.at("note").get<std::string>().find("the rod's reading moved by -1.5 in"), std::string::npos) << over;
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off: look at the rod"))
+      << "and the rig is disarmed: " << daemon_.log();
 }
 
 TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {

@@ -2,6 +2,7 @@
 #include "daemon/record/journal.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <boost/crc.hpp>
 #include <cmath>
@@ -104,6 +105,12 @@ TEST_F(Journal, IsReadByWhoMayReadItsFolder) {
     EXPECT_EQ(std::filesystem::status(path).permissions(), of_file);
     EXPECT_TRUE(is_being_written(path));
   }
+}
+
+TEST_F(Journal, IsNoPipeThatNobodyWrites) {
+  const std::filesystem::path pipe = folder_.path() / "pipe.ehalog";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(static_cast<void>(is_being_written(pipe)), IoError);
 }
 
 TEST_F(Journal, ChecksWithTheCrcThatTheStandardNames) {
