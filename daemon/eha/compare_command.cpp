@@ -30,6 +30,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/report/comparison_page.hpp"
+#include "daemon/report/figures.hpp"
 #include "daemon/sheet/compared_sheets.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -62,25 +63,22 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
-/// Draws gain and phase of the models over one another, for the models that have them.
+/// Draws gain and phase of the models over one another.
 void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
                const std::filesystem::path& path) {
-  const ident::Model& first = *models.front().second;
-  plot::Panel gain{"", fmt::format("gain [dB re {}/{}]", first.output_unit, first.input_unit)};
-  plot::Panel phase{"frequency [Hz]", "phase [deg]"};
-  gain.log_x = phase.log_x = true;
-  int style = 1;
+  std::vector<report::ReportedModel> labelled;
   for (const auto& [label, model] : models) {
-    if (!model->bode) continue;
-    gain.series.push_back({.label = label, .x = model->bode->frequency_Hz, .y = model->bode->gain_dB, .style = style});
-    phase.series.push_back({.label = "", .x = model->bode->frequency_Hz, .y = model->bode->phase_deg, .style = style});
-    ++style;
+    labelled.push_back({*model, label});
+    labelled.back().model.name = label;
   }
+  std::vector<const report::ReportedModel*> drawn;
+  for (const report::ReportedModel& model : labelled) drawn.push_back(&model);
+  const plot::Figure figure = report::bode_figure(drawn, nullptr, "Bode plots of the compared models");
   const std::string ending = path.extension().string();
   const plot::Format format = ending == ".png"   ? plot::Format::png
                               : ending == ".pdf" ? plot::Format::pdf
                                                  : plot::Format::svg;
-  os::write_file_atomically(path, plot::draw({"Bode plots of the compared models", {gain, phase}}, format));
+  os::write_file_atomically(path, plot::draw(figure, format));
 }
 
 /// A model estimated on the record that scores it is of its plant, however badly it describes it.

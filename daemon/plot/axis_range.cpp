@@ -9,6 +9,7 @@ namespace eha::plot {
 namespace {
 
 constexpr double kXIntervals = 8.0;
+constexpr double kYIntervals = 4.0;
 
 void extend(Range& range, double value) {
   if (!std::isfinite(value)) return;
@@ -41,7 +42,15 @@ double tick_step(const Range& range, double intervals, bool is_angle = false) {
 
 }  // namespace
 
-double y_step(const Panel& panel) { return tick_step(y_extent(panel), 4.0, panel.y_label.ends_with("[deg]")); }
+double y_step(const Panel& panel) {
+  constexpr double kFewest = 3.0;  // marks
+  const Range extent = y_extent(panel);
+  const bool is_angle = panel.y_label.ends_with("[deg]");
+  const double step = tick_step(extent, kYIntervals, is_angle);
+  if (!(step > 0.0) || !panel.y_range) return step;
+  const double marks = std::floor(extent->second / step) - std::ceil(extent->first / step) + 1.0;
+  return marks < kFewest ? tick_step(extent, 2.0 * kYIntervals, is_angle) : step;
+}
 
 Range y_ends(const Panel& panel) {
   const Range extent = y_extent(panel);

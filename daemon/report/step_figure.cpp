@@ -22,6 +22,9 @@ constexpr double kShownBands = 3.0;     // of the time of the highest usable fre
 constexpr double kMostBands = 30.0;     // of the same: more would hide what the record shows first
 constexpr double kWithoutBand_s = 1.0;
 constexpr double kStillMoving = 0.05;  // of the greatest speed: the output still moves
+constexpr double kSwings = 0.999;      // damping of a pair at most
+constexpr double kLeastShade = 0.005;  // of the axis: a shorter one does not show
+constexpr double kLeastOvershoot = 0.005;
 
 /// Times 1/(2 pi f) of the ends of a model's usable band [s]; none without a band.
 struct BandTimes {
@@ -36,18 +39,37 @@ std::optional<BandTimes> band_times(const ident::Model& model) {
   return BandTimes{1.0 / (2.0 * pi * band.lowest_Hz), 1.0 / (2.0 * pi * band.highest_Hz)};
 }
 
-/// Returns the duration of a model's lags within its band, its delay included [s].
-double shown_s(const ident::Model& model) {
+/// A pole that is not 0, as it shows in time.
+struct Motion {
+  double size_s = 0.0;      ///< 1/|s|; of a lag its time constant
+  double decay_s = 0.0;     ///< of its share in the response; of a lightly damped pair as with kLeastDamping
+  double damping = 1.0;     ///< cosine of the angle to the negative axis; negative: unstable
+  bool is_lasting = false;  ///< a slow lag: the record does not distinguish it from an integrator
+};
+
+std::vector<Motion> motions_of(const ident::Model& model) {
   const ident::Poles poles = ident::poles(model.transfer_function);
   const std::optional<BandTimes> band = band_times(model);
-  double shown = 0.0;
+  std::vector<Motion> motions;
   for (const auto& value : poles.values) {
     if (!(std::abs(value) > 0.0)) continue;
     const double angle = std::min(pi, std::abs(std::arg(value)) / poles.base_order);
-    const double lag_s =
-        std::pow(std::abs(value), -1.0 / poles.base_order) / std::clamp(-std::cos(angle), kLeastDamping, 1.0);
-    // The record does not distinguish a slower lag from an integrator.
-    if (lag_s <= (band ? band->slowest_s : kWithoutBand_s)) shown = std::max(shown, kShownLags * lag_s);
+    const double size_s = std::pow(std::abs(value), -1.0 / poles.base_order);
+    Motion motion{.size_s = size_s, .damping = -std::cos(angle)};
+    motion.decay_s = size_s / std::clamp(motion.damping, kLeastDamping, 1.0);
+    const bool swings = motion.damping > 0.0 && motion.damping < kSwings;
+    motion.is_lasting = (swings ? size_s : motion.decay_s) > (band ? band->slowest_s : kWithoutBand_s);
+    motions.push_back(motion);
+  }
+  return motions;
+}
+
+/// Returns the duration of a model's lags within its band, its delay included [s].
+double shown_s(const ident::Model& model) {
+  const std::optional<BandTimes> band = band_times(model);
+  double shown = 0.0;
+  for (const Motion& motion : motions_of(model)) {
+    if (!motion.is_lasting) shown = std::max(shown, kShownLags * motion.decay_s);
   }
   // Without a lag that the record shows the axis covers the band.
   if (band && shown < kShownLags * band->fastest_s) {
@@ -98,35 +120,69 @@ double time_of_reaching(const ident::TransferFunction& g, double duration_s, boo
 
 /// The response of a model over the axis of a picture, and its lag.
 struct Response {
-  double final = 0.0;  ///< last output, or last speed where the output goes on moving
+  double final = 0.0;  ///< value at rest, or last speed where the output goes on moving
   bool goes_on = false;
-  double reached_s = 0.0;  ///< see time_of_reaching()
+  double reached_s = 0.0;     ///< see time_of_reaching()
+  double overshoot = 0.0;     ///< over the value at rest, of it
+  double resonance_Hz = 0.0;  ///< of the least damped pair; 0: none
 };
 
-/// Where the output of a step comes to rest: G(0) where it swings about that at the end, else the last output.
-double rest_of(const ident::TransferFunction& g, const Eigen::VectorXd& y) {
-  const auto at_rest = [](const std::vector<ident::Term>& terms) {
-    double sum = 0.0;
-    for (const ident::Term& term : terms) sum += term.order > 0.0 ? 0.0 : term.coefficient;
-    return sum;
-  };
-  const double last = y[y.size() - 1];
-  const double denominator = at_rest(g.denominator);
-  if (!(std::abs(denominator) > 0.0)) return last;
-  const double gain = at_rest(g.numerator) / denominator;
-  const auto end = y.tail(y.size() / 2);
-  return gain >= end.minCoeff() && gain <= end.maxCoeff() ? gain : last;
+/// G(s) about s = 0 is gain / s^order.
+struct AtRest {
+  double order = 0.0;  ///< 1 for an integrator
+  double gain = 0.0;
+};
+
+AtRest at_rest(const ident::TransferFunction& g) {
+  const ident::ReducedPolynomial numerator = ident::reduced(g.numerator);
+  const ident::ReducedPolynomial denominator = ident::reduced(g.denominator);
+  if (numerator.terms.empty() || denominator.terms.empty()) return {};
+  return {denominator.removed_order - numerator.removed_order,
+          numerator.terms.front().coefficient / denominator.terms.front().coefficient};
+}
+
+/// Whether, and with what, the output of a step ends. A slow lag ends as an integrator does.
+Response end_of_step(const ident::TransferFunction& g, const std::vector<Motion>& motions, const Eigen::VectorXd& y,
+                     const std::vector<double>& rate) {
+  const AtRest rest = at_rest(g);
+  const auto faster = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  const double fastest = std::abs(*std::max_element(rate.begin(), rate.end(), faster));
+  const bool is_moving = std::abs(rate.back()) > kStillMoving * fastest;
+  const bool is_unstable = std::any_of(motions.begin(), motions.end(), [](const Motion& m) { return m.damping < 0.0; });
+  const bool has_slow = std::any_of(motions.begin(), motions.end(), [](const Motion& m) { return m.is_lasting; });
+  constexpr double kWhole = 1e-9;
+  if (!is_unstable && !has_slow && std::abs(rest.order - 1.0) <= kWhole) return {.final = rest.gain, .goes_on = true};
+  if (is_moving && (is_unstable || has_slow || rest.order > kWhole)) return {.final = rate.back(), .goes_on = true};
+  if (is_unstable || rest.order > kWhole) return {.final = y[y.size() - 1]};
+  const double gain = rest.order < -kWhole ? 0.0 : rest.gain;
+  // The end of a long tail is far from the picture.
+  const double most = gain < 0.0 ? -y.minCoeff() : y.maxCoeff();
+  return {.final = most >= kReached * std::abs(gain) ? gain : y[y.size() - 1]};
+}
+
+/// Greatest value of a curve, by a parabola through the rows beside its peak.
+double highest(const Eigen::VectorXd& y) {
+  Eigen::Index at = 0;
+  const double greatest = y.maxCoeff(&at);
+  if (at == 0 || at + 1 == y.size()) return greatest;
+  const double bend = 2.0 * greatest - y[at - 1] - y[at + 1];
+  const double slope = y[at + 1] - y[at - 1];
+  return bend > 0.0 ? greatest + slope * slope / (8.0 * bend) : greatest;
 }
 
 Response response_of(const ident::Model& model, double duration_s) {
+  const ident::TransferFunction& g = model.transfer_function;
   const double step_s = duration_s / static_cast<double>(kRows - 1);
-  const Eigen::VectorXd y = step_response(model.transfer_function, step_s);
-  const std::vector<double> rate = speeds(y, step_s);
-  const double fastest = std::abs(
-      *std::max_element(rate.begin(), rate.end(), [](double a, double b) { return std::abs(a) < std::abs(b); }));
-  const bool goes_on = std::abs(rate.back()) > kStillMoving * fastest;
-  const double final = goes_on ? rate.back() : rest_of(model.transfer_function, y);
-  return {final, goes_on, time_of_reaching(model.transfer_function, duration_s, goes_on, final)};
+  const Eigen::VectorXd y = step_response(g, step_s);
+  const std::vector<Motion> motions = motions_of(model);
+  Response response = end_of_step(g, motions, y, speeds(y, step_s));
+  response.reached_s = time_of_reaching(g, duration_s, response.goes_on, response.final);
+  if (response.goes_on || !(std::abs(response.final) > 0.0)) return response;
+  response.overshoot = highest(y / response.final) - 1.0;
+  const auto least = std::min_element(motions.begin(), motions.end(),
+                                      [](const Motion& a, const Motion& b) { return a.damping < b.damping; });
+  if (least != motions.end() && least->damping < kSwings) response.resonance_Hz = 1.0 / (2.0 * pi * least->size_s);
+  return response;
 }
 
 /// Adds output and speed to lines, from a time on.
@@ -168,7 +224,7 @@ plot::Figure step_figure(const std::vector<const ident::Model*>& models, const s
     speed.series.push_back(std::move(rates));
     ++style;
   }
-  if (const auto band = band_times(*models.front())) {
+  if (const auto band = band_times(*models.front()); band && band->fastest_s >= kLeastShade * duration_s) {
     for (plot::Panel* panel : {&output, &speed}) panel->shades.push_back({0.0, std::min(band->fastest_s, duration_s)});
   }
   for (plot::Panel* panel : {&output, &speed}) {
@@ -194,21 +250,28 @@ std::string step_sentence(const ident::Model& model) {
                                        response.goes_on ? "moves the output at" : "brings the output to",
                                        response.final, model.output_unit + (response.goes_on ? "/s" : ""), model.name);
   if (!(response.reached_s > 0.0)) return step + ", at once: the model has no lag.";
-  return fmt::format("{}; 63 % of that after {:.2g} s{}.", step, response.reached_s,
+  const bool swings = response.resonance_Hz > 0.0 && response.overshoot >= kLeastOvershoot;
+  return fmt::format("{}; 63 % of that after {:.2g} s{}{}.", step, response.reached_s,
                      is_observed ? std::string()
                                  : fmt::format(" by the model, in the grey part of {:.2g} s: it is faster than the "
                                                "usable band, and there the record shows little of it",
-                                               band->fastest_s));
+                                               band->fastest_s),
+                     swings ? fmt::format("; it overshoots by {:.2g} %, f0 = {:.3g} Hz", 100.0 * response.overshoot,
+                                          response.resonance_Hz)
+                            : std::string());
 }
 
 plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double low, double high) {
   const ident::Model& last = *models.back();
   plot::Panel panel{.x_label = fmt::format("input [{}]", last.input_unit),
                     .y_label = fmt::format("passed on [{}]", last.input_unit)};
-  panel.series.push_back({.label = "without a dead band",
-                          .x = {low, high},
-                          .y = {low - last.input_map->null, high - last.input_map->null},
-                          .style = plot::kGuideStyle});
+  ident::ValveMap straight = *last.input_map;
+  straight.dead_band = 0.0;
+  std::vector<double> bend{low, straight.null, high};
+  std::sort(bend.begin(), bend.end());
+  const Eigen::VectorXd passed = ident::mapped(straight, Eigen::Map<const Eigen::VectorXd>(bend.data(), 3));
+  panel.series.push_back(
+      {.label = "without a dead band", .x = bend, .y = {passed.begin(), passed.end()}, .style = plot::kGuideStyle});
   int style = 1;
   for (const ident::Model* model : models) {
     const ident::ValveMap& map = *model->input_map;

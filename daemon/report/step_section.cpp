@@ -17,11 +17,17 @@ Section step_section(const Subject& subject) {
   } catch (const ConfigError&) {
     return section;  // no step: more zeros than poles
   }
-  item.remark.good = shown.size() > 1
-                         ? "Both models agree outside the grey part, which is faster than the usable band."
-                         : "The lag takes longer than the grey part, which is faster than the usable band.";
-  item.remark.to_do =
-      "For a controller that reacts within the grey part, excite higher frequencies (`eha design`) and fit again.";
+  if (item.figure->panels.front().shades.empty()) {
+    item.remark.good = shown.size() > 1 ? "Both models agree."
+                                        : "As the plant answers a step: at rest in the end, or moving on at one speed.";
+    item.remark.to_do = "Nothing.";
+  } else {
+    item.remark.good = shown.size() > 1
+                           ? "Both models agree outside the grey part, which is faster than the usable band."
+                           : "The lag takes longer than the grey part, which is faster than the usable band.";
+    item.remark.to_do =
+        "For a controller that reacts within the grey part, excite higher frequencies (`eha design`) and fit again.";
+  }
   section.items.push_back(std::move(item));
   return section;
 }

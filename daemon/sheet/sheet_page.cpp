@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -109,13 +110,19 @@ report::Item responses_of(const ident::ValveSheet& sheet) {
     item.html = report::paragraph("No sine was measured: every one was beyond the limits or entered the dead band.");
     return item;
   }
+  constexpr double kAir = 1.15;  // a bar at the edge would lie in the frame
+  double lowest_Hz = std::numeric_limits<double>::infinity();
+  double highest_Hz = 0.0;
+  for (const ident::AmplitudeResponse& response : sheet.responses) {
+    for (const ident::ResponsePoint& point : response.points) {
+      lowest_Hz = std::min(lowest_Hz, point.frequency_Hz);
+      highest_Hz = std::max(highest_Hz, point.frequency_Hz);
+    }
+  }
+  gain.x_range = phase.x_range = std::pair(lowest_Hz / kAir, highest_Hz * kAir);
   gain.rules.push_back({.at = -3.0, .vertical = false});
   phase.rules.push_back({.at = -90.0, .vertical = false});
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(gain), std::move(phase)}};
-  double highest_Hz = 0.0;
-  for (const ident::AmplitudeResponse& response : sheet.responses) {
-    if (!response.points.empty()) highest_Hz = std::max(highest_Hz, response.points.back().frequency_Hz);
-  }
   item.remark.seen = fmt::format(
       "Measured up to {:.2f} Hz; the slew limit ends it. The gain is relative to the lowest frequency of each "
       "amplitude, which is 0 dB; the phase is that of the speed over the command. Dashed, where an axis reaches so "

@@ -156,6 +156,18 @@ TEST(AxisRange, HasThreeToSixMarksAndPartsOfATurnForDegrees) {
   EXPECT_DOUBLE_EQ(y_step(phase), 45.0);
 }
 
+TEST(AxisRange, HasThreeMarksOrMoreOnAFixedAxis) {
+  Panel gain{.x_label = "", .y_label = "gain [dB]", .y_range = std::pair(-70.0, 47.0)};
+  EXPECT_DOUBLE_EQ(y_step(gain), 20.0) << "0 and -50 alone say little of a peak of 38 dB";
+  for (double low = -100.0; low < 0.0; low += 7.3) {
+    for (double high = 1.0; high < 100.0; high += 3.7) {
+      gain.y_range = std::pair(low, high);
+      const double step = y_step(gain);
+      EXPECT_GE(std::floor(high / step) - std::ceil(low / step), 2.0) << low << " to " << high;
+    }
+  }
+}
+
 TEST(Gnuplot, DrawsABroadCurveBeneathAThinOneInTheOrderOfTheKey) {
   Figure figure = ramp("a", "recommended");
   figure.panels[0].series.push_back(figure.panels[0].series[0]);

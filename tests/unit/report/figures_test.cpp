@@ -2,6 +2,7 @@
 // Comparison pages and the figures of reports.
 #include "daemon/report/figures.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -241,6 +242,44 @@ TEST(StepFigure, SaysWhereARingingOutputComesToRest) {
   const double w = 2.0 * 3.14159265358979 * 2.0;
   model.transfer_function = {{{12.0, 0.0}}, {{1.0 / (w * w), 2.0}, {0.04 / w, 1.0}, {1.0, 0.0}}, 0.0};
   EXPECT_NE(step_sentence(model).find("brings the output to 12 in"), std::string::npos) << step_sentence(model);
+}
+
+TEST(StepFigure, SaysOfALightlyDampedPairThatItOvershootsAndNotThatItMovesOn) {
+  // K = 1.5, 1.3 Hz; the usable band is as of a record of tones to 2.95 Hz.
+  const double w = 2.0 * 3.14159265358979 * 1.3;
+  for (const double damping : {0.003, 0.01, 0.03, 0.2}) {
+    ident::Model model = model_named("io", ident::Grade::good, 99.0);
+    model.transfer_function = {{{1.5, 0.0}}, {{1.0 / (w * w), 2.0}, {2.0 * damping / w, 1.0}, {1.0, 0.0}}, 0.0};
+    model.verdict->usable_band = ident::FrequencyInterval{0.0525, 2.95};
+    const std::string text = step_sentence(model);
+    EXPECT_NE(text.find("brings the output to 1.5 in with io"), std::string::npos) << damping << ": " << text;
+    const double overshoot = 100.0 * std::exp(-3.14159265358979 * damping / std::sqrt(1.0 - damping * damping));
+    EXPECT_NE(text.find(fmt::format("it overshoots by {:.2g} %, f0 = 1.3 Hz.", overshoot)), std::string::npos)
+        << damping << ": " << text;
+    EXPECT_EQ(text.find("grey part"), std::string::npos) << text;
+    if (damping < 0.02) {
+      EXPECT_TRUE(step_figure({&model}, "a step").panels[0].shades.empty()) << "too short to be seen";
+    }
+  }
+}
+
+TEST(StepFigure, GivesTheValueAtRestOfALagAndNotThatAtTheEndOfThePicture) {
+  ident::Model model = model_named("io1", ident::Grade::good, 99.0);
+  model.transfer_function = {{{2.5, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, 0.2};
+  model.verdict->usable_band = ident::FrequencyInterval{0.02, 5.0};
+  const std::string text = step_sentence(model);
+  EXPECT_NE(text.find("brings the output to 2.5 in with io1; 63 % of that after 0.5 s."), std::string::npos) << text;
+  EXPECT_EQ(text.find("overshoots"), std::string::npos) << text;
+}
+
+TEST(ValvePanel, DrawsTheGuideWithTheRatioOfTheGains) {
+  ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  model.input_map = ident::ValveMap{.null = 0.1, .dead_band = 0.2, .negative_gain_ratio = 0.5};
+  const plot::Series guide = valve_panel({&model}, -0.9, 1.1).series.front();
+  ASSERT_EQ(guide.y.size(), 3U);
+  EXPECT_NEAR(guide.y[0], -0.5, 1e-12);
+  EXPECT_NEAR(guide.y[1], 0.0, 1e-12);
+  EXPECT_NEAR(guide.y[2], 1.0, 1e-12);
 }
 
 TEST(BodeFigure, DrawsThePeakOfAResonanceBetweenTheStoredPoints) {
