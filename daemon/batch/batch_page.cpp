@@ -177,7 +177,8 @@ std::string heading_of(const Table& table, std::size_t failed, std::size_t apart
 }
 
 /// The box: the worst first, then what is asked of the reader, then what was done.
-std::string lead_of(const Table& table, std::size_t failed) {
+/// @param next  the command that goes on
+std::string lead_of(const Table& table, std::size_t failed, const std::string& next) {
   std::vector<std::string> sentences;
   const bool is_compared = !table.resolutions.empty();
   std::size_t apart = 0;
@@ -237,23 +238,27 @@ std::string lead_of(const Table& table, std::size_t failed) {
   }
   if (!left_out.empty()) to_do.emplace_back("cut or repeat the records that are not compared");
   if (!is_compared && to_do.empty()) to_do.emplace_back("record more to compare, or use the models of each record");
-  sentences.push_back(to_do.empty() ? "To do: nothing." : fmt::format("To do: {}.", fmt::join(to_do, "; ")));
-  sentences.push_back(fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
-                                  table.rows.size() == 1 ? "record is" : "records are"));
-  if (!table.common_model.empty() && is_compared) sentences.push_back(compared_by(table));
-  for (const Resolution& one : table.resolutions) sentences.push_back(spread_text(table, one) + ".");
+  std::string asked =
+      report::paragraph(to_do.empty() ? "To do: nothing." : fmt::format("To do: {}.", fmt::join(to_do, "; ")));
+  // This page is open already.
+  if (!next.empty() && !next.starts_with("xdg-open ")) asked += report::paragraph(fmt::format("Next: `{}`", next));
+  std::vector<std::string> done;
+  done.push_back(fmt::format("{} of {} {} judged.", table.judged, table.rows.size(),
+                             table.rows.size() == 1 ? "record is" : "records are"));
+  if (!table.common_model.empty() && is_compared) done.push_back(compared_by(table));
+  for (const Resolution& one : table.resolutions) done.push_back(spread_text(table, one) + ".");
   const char* kind =
       warnings.empty() && apart == 0 && table.trends.empty() && failed == 0 && table.missing == 0 && left_out.empty()
           ? "all"
           : "some";
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", kind,
                      report::escaped(heading_of(table, failed, apart, left_out.size(), warnings.size()))) +
-         report::list(sentences) + "</section>\n";
+         report::list(sentences) + asked + report::list(done) + "</section>\n";
 }
 
 }  // namespace
 
-report::Page page_of(const Table& table) {
+report::Page page_of(const Table& table, const std::string& next) {
   report::Section parameters{.title = fmt::format("Parameters of {} over the records", table.common_model)};
   for (const Parameter& parameter : parameters_of(table.rows, table.common_model)) {
     parameters.items.push_back(parameter_item(table, parameter));
@@ -273,7 +278,7 @@ report::Page page_of(const Table& table) {
   report::Section failures{.title = "Not judged"};
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});
   const std::size_t failed = table.rows.size() - table.judged - table.missing;
-  return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed),
+  return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed, next),
                            {records, failures, models, parameters});
 }
 

@@ -110,8 +110,9 @@ std::string why_none(const Row& row) {
 std::string spread_text(const Table& table, const Resolution& one) {
   const std::string unit = ident::after_number(one.unit);
   return fmt::format(
-      "{}: median {:.4g}{}, furthest from it {:.4g} ({}); the record that is known best lies apart from {:.2g} on",
-      one.parameter, one.median, unit, one.furthest, table.rows[one.furthest_row].record.id, one.change);
+      "{}: median {:.4g}{}, furthest from it {:.4g} ({}); a change of {:.2g}{} or more would have been seen in the "
+      "best record",
+      one.parameter, one.median, unit, one.furthest, table.rows[one.furthest_row].record.id, one.change, unit);
 }
 
 std::string change_text(const Trend& trend) {

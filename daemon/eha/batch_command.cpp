@@ -144,7 +144,9 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   const DisplayUnit unit = console.unit(batch::rig_units_of(folder));
   const batch::Table table = batch::table_of(folder, unit);
   std::vector<fs::path> files = batch::write_table(folder, stored);
-  const report::Page page = batch::page_of(table);
+  const std::string next = table.missing > 0 ? "eha batch merge PART... -o " + shell_word(folder.path().string())
+                                             : batch::next_command(folder, table);
+  const report::Page page = batch::page_of(table, next);
   for (const std::string& sentence : page.missing) console.warning(sentence);
   files.push_back(folder.path() / "report.html");
   os::write_file_atomically(files.back(), page.html);
@@ -220,8 +222,10 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   for (const fs::path& file : files) text += fmt::format("written: {}\n", file.string());
   console.print_json(batch::to_json(stored));
   console.print(text);
-  console.next_step(table.missing > 0 ? "eha batch merge PART... -o " + shell_word(folder.path().string())
-                                      : batch::next_command(folder, table));
+  if (const std::string opens = "xdg-open " + shell_word(files.back().string()); next != opens) {
+    console.print("Page: " + opens);
+  }
+  console.next_step(next);
   return failed > 0 ? ExitCode::bad_data : ExitCode::ok;
 }
 

@@ -99,6 +99,20 @@ TEST_F(NextOfBatch, ComparesFewRecordsAndOpensThePageOfMany) {
   EXPECT_EQ(next_of(kAlike), "xdg-open " + (folder_.path() / "batch3/report.html").string());
 }
 
+TEST_F(NextOfBatch, StandsOnThePageBehindWhatIsToDo) {
+  std::vector<Judged> judged = kAlike;
+  judged[4].accepted = false;
+  const std::string next = next_of(judged);
+  const std::string html = page_of(table_of(BatchFolder(path_)), next).html;
+  const std::size_t to_do = html.find("<p>To do: cut or repeat");
+  ASSERT_NE(to_do, std::string::npos) << html;
+  EXPECT_NE(html.find("<p>Next: <code>eha fit &#39;pump 5.csv&#39;", to_do), std::string::npos)
+      << html.substr(to_do, 400);
+  EXPECT_LT(to_do, html.find("records are judged.")) << "before what was done";
+  const std::string opens = next_of(kAlike);
+  EXPECT_EQ(page_of(table_of(BatchFolder(path_)), opens).html.find("Next: "), std::string::npos) << opens;
+}
+
 TEST_F(NextOfBatch, LetsALongNameOnThePageBreakSoThatTheReasonsColumnHasRoom) {
   (void)next_of(kAlike);
   const std::string html = page_of(table_of(BatchFolder(path_))).html;
