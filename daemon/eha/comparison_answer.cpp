@@ -14,6 +14,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/change_causes.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -30,9 +31,9 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : subject.change->parameters) {
+    const ident::DifferenceText text = ident::difference_text(p.after - p.before, p.half_width);
     rows.push_back({p.name, ident::value_text(p.name, p.before, first.model, p.half_width),
-                    ident::value_text(p.name, p.after, model, p.half_width),
-                    ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
+                    ident::value_text(p.name, p.after, model, p.half_width), text.difference, text.half_width,
                     ident::unit_of(p, model), report::change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -79,10 +80,10 @@ std::string of_rig(const identify::Source& source) {
 }
 
 /// Says what to look at on the bench, where a parameter is shown to have changed.
-/// @param source  the last one with a change
+/// @param source  the last one with a change   @param found  what explains another map
 void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, std::size_t source,
-               const char* then) {
-  const std::string causes = report::causes_of(changes);
+               const char* then, report::MapCause found = report::MapCause::unknown) {
+  const std::string causes = report::causes_of(changes, found);
   if (causes.empty()) return;
   out.text += "To do: " + wrapped(fmt::format("Look on the bench for what changed. {} {}", causes, then), 7) + "\n";
   out.changed_source = source;
@@ -209,6 +210,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
     found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
+    if (!leak.empty()) subject.map_cause = report::MapCause::leak;
     if (run.bent_map && leak.empty()) {
       const bool is_leak = !is_tight(sources[run.bent_map->is_first ? 0 : i]);
       const std::string bent = fmt::format(
@@ -219,6 +221,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
           model.input_unit, is_leak ? "a leak" : "dry friction",
           is_leak ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
                   : "two valve sheets (`eha characterise`) compare the valve alone");
+      subject.map_cause = is_leak ? report::MapCause::leak : report::MapCause::friction;
       found += "  " + bent + "\n";
       out.findings.sentences.push_back(capitalised(bent) + ".");
     }
@@ -263,14 +266,16 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   }
   std::vector<const ident::PlantChange*> changes;
   std::size_t last = 0;
+  report::MapCause map_cause = report::MapCause::unknown;
   for (std::size_t i = 1; i < out.subjects.size(); ++i) {
     const report::ComparedSubject& subject = out.subjects[i];
     const bool is_claimed = subject.change && !subject.unfit && subject.cannot_tell.empty();
     if (!is_claimed || !subject.change->changed) continue;
     changes.push_back(&*subject.change);
+    if (map_cause == report::MapCause::unknown) map_cause = subject.map_cause;
     last = i;
   }
-  add_to_do(out, changes, last, "Rely on no model of before until that is known.");
+  add_to_do(out, changes, last, "Rely on no model of before until that is known.", map_cause);
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", ident::kFalseAlarm},

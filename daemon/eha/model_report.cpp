@@ -11,6 +11,7 @@
 
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/structure/parameter_requests.hpp"
@@ -113,7 +114,7 @@ std::string usable_band_text(const Model& model) {
   if (!model.verdict->usable_band)
     return "No usable band: the record determines the response at none of the excited frequencies.";
   const ident::FrequencyInterval& band = *model.verdict->usable_band;
-  std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band.lowest_Hz, band.highest_Hz);
+  std::string text = (band.lowest_Hz < band.highest_Hz ? "Usable from " : "Usable at ") + ident::frequencies_text(band);
   const auto peak_Hz = ident::resonance_Hz(model, band);
   const bool inside = peak_Hz && *peak_Hz >= band.lowest_Hz && *peak_Hz <= band.highest_Hz;
   if (inside) return text + fmt::format(", its resonance at {:.3g} Hz included.", *peak_Hz);

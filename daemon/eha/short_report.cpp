@@ -21,6 +21,7 @@
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -89,7 +90,7 @@ std::string band_text(const Model& model) {
   const ident::FrequencyInterval* band = band_of(model);
   // A longer record of an input that moves once tells no more.
   const bool rests = model.verdict && model.verdict->judging_part_rests;
-  return band ? fmt::format("{:.3g} .. {:.3g} Hz", band->lowest_Hz, band->highest_Hz)
+  return band ? ident::frequencies_text(*band, " .. ")
               : fmt::format("none: the record determines the response at none of the excited frequencies; {}",
                             rests ? "play an input that moves more often" : "record longer");
 }
@@ -296,7 +297,9 @@ std::vector<std::string> row_for(const Model& model, const std::string& name) {
           score ? ident::percent_text(score->fit_percent, 1) : "-",
           score ? ident::percent_text(score->r2_percent) : "-",
           error ? ident::error_figure(*error) : "-",
-          band ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz) : "-",
+          band == nullptr                      ? "-"
+          : band->lowest_Hz < band->highest_Hz ? fmt::format("{:.2g}..{:.2g}", band->lowest_Hz, band->highest_Hz)
+                                               : fmt::format("{:.2g}", band->lowest_Hz),
           grade_text(model)};
 }
 

@@ -88,7 +88,8 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
     run.fit = fit_named(source, structure, options[i], part_of(progress, i, sources.size(), source.name));
     ident::Model& model = run.fit.model;
     model.verdict = ident::judge(model, {});
-    if (const auto excited = ident::excited_band(source.record.input, source.record.step_s)) {
+    if (const auto excited = ident::excited_band(source.record.input, source.record.step_s);
+        excited && excited->lowest_Hz < excited->highest_Hz) {
       model.verdict->usable_band = ident::usable_band(model, run.fit.covariance, *excited, {});
     }
   }

@@ -65,12 +65,15 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
     const double length_s = static_cast<double>(task.record.output.size()) * task.record.step_s;
     ident::FrequencyInterval band = *task.excited;
     band.lowest_Hz = std::max(band.lowest_Hz, 1.0 / length_s);
-    return band.lowest_Hz < band.highest_Hz ? std::optional(band) : std::nullopt;
+    return band.lowest_Hz <= band.highest_Hz ? std::optional(band) : std::nullopt;
   }
   const auto rows = static_cast<Eigen::Index>(result.estimation_samples);
   if (rows < 1 || result.time_s.size() < rows) return {};
   const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);
-  return ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
+  const auto band =
+      ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
+  // The place of a single tone is known to half a line.
+  return band && band->lowest_Hz < band->highest_Hz ? band : std::nullopt;
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {

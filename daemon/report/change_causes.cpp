@@ -26,6 +26,13 @@ bool is_of_valve(ident::ParameterRole role) {
 
 bool is_of_dynamics(ident::ParameterRole role) { return !is_gain(role) && !is_of_valve(role); }
 
+constexpr std::string_view kLeakFirst =
+    "a leak past the piston, as said above, with which `eha characterise` finds a drift inside the dead band; without "
+    "one the valve (wear, dirt, the offset of its amplifier) or dry friction";
+constexpr std::string_view kFrictionFirst =
+    "dry friction, as said above: look at seals, guides and load; else the valve (wear, dirt, the offset of its "
+    "amplifier)";
+
 constexpr std::array kCommonCauses{
     CommonCause{
         "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
@@ -38,7 +45,7 @@ constexpr std::array kCommonCauses{
 
 }  // namespace
 
-std::string causes_of(const std::vector<const ident::PlantChange*>& changes) {
+std::string causes_of(const std::vector<const ident::PlantChange*>& changes, MapCause found) {
   for (const ident::PlantChange* change : changes) {
     if (const std::string unit = ident::unit_instead(*change); !unit.empty()) {
       return "Check the units of the records first: a gain changed by the factor between two units.";
@@ -53,7 +60,9 @@ std::string causes_of(const std::vector<const ident::PlantChange*>& changes) {
         names.push_back(p.name);
       }
     }
-    if (!names.empty()) text += fmt::format("{}: {}. ", fmt::join(names, ", "), kind.causes);
+    const bool is_found = found != MapCause::unknown && kind.has == &is_of_valve;
+    const std::string_view causes = !is_found ? kind.causes : found == MapCause::leak ? kLeakFirst : kFrictionFirst;
+    if (!names.empty()) text += fmt::format("{}: {}. ", fmt::join(names, ", "), causes);
   }
   return text.empty() ? text : text + "The record shows which parameter changed, not why.";
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -8,11 +9,16 @@
 
 namespace eha::report {
 
+/// What alone explains another valve's map.
+enum class MapCause : std::uint8_t { unknown, leak, friction };
+
 /// What on a bench commonly changes the parameters that changed, those of one kind in one sentence: "K: commonly the
 /// supply pressure or the load, else the valve or a leak. ...". A gain whose factor is that of two units: the units.
 /// A record shows which parameter changed and not why, which the last sentence says. Empty where none changed.
 /// @param changes  of one comparison, each of another run or model
-[[nodiscard]] std::string causes_of(const std::vector<const ident::PlantChange*>& changes);
+/// @param found    what the records showed of the valve's map, which then stands first
+[[nodiscard]] std::string causes_of(const std::vector<const ident::PlantChange*>& changes,
+                                    MapCause found = MapCause::unknown);
 
 /// Whether a parameter changed that belongs to the valve: null, dead band or the ratio of its gains.
 [[nodiscard]] bool changes_valve(const ident::PlantChange& change);

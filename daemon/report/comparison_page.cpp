@@ -14,6 +14,7 @@
 #include "daemon/report/change_causes.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -26,9 +27,9 @@ std::string changes_table(const ComparedSubject& first, const ComparedSubject& s
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
   for (const ident::ParameterChange& p : subject.change->parameters) {
+    const ident::DifferenceText text = ident::difference_text(p.after - p.before, p.half_width);
     rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model, p.half_width),
-                    ident::value_text(p.name, p.after, model, p.half_width),
-                    ident::rounded_to(p.after - p.before, p.half_width), fmt::format("{:.2g}", p.half_width),
+                    ident::value_text(p.name, p.after, model, p.half_width), text.difference, text.half_width,
                     change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -120,7 +121,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
       : !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
       : change.changed
           ? fmt::format("Look for the cause of each change. {} Identify the rig anew before you rely on an old model.",
-                        causes_of({&change}))
+                        causes_of({&change}, subject.map_cause))
       : leaves_other(subject) ? "The parameters hold. Look for what moves the output besides the input: noise of "
                                 "the sensor, friction, air, "
                                 "or a map that fits less well."
@@ -313,7 +314,9 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
   } catch (const ConfigError&) {
     return std::nullopt;  // no step: more zeros than poles
   }
-  item.remark.good = "Lines that cover one another outside the grey part, which is faster than the usable band.";
+  item.remark.good = fmt::format(
+      "Lines that cover one another{}.",
+      item.figure->panels.front().shades.empty() ? "" : " outside the grey part, which is faster than the usable band");
   item.remark.to_do = "A lower speed is a lower gain: pressure, leak or valve.";
   return item;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "daemon/identify/comparison.hpp"
+#include "daemon/report/change_causes.hpp"
 #include "daemon/report/page.hpp"
 #include "ident/model/model.hpp"
 #include "ident/validation/parameter_change.hpp"
@@ -27,6 +28,7 @@ struct ComparedSubject {
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   std::optional<identify::Unfit> unfit = {};  ///< as of identify::ComparedRun, beside the first
   bool is_tight = false;                      ///< by the valve sheets beside both runs
+  MapCause map_cause = MapCause::unknown;     ///< of another map, as the records show it
   /// Least and greatest input that the record has; none without a record.
   std::optional<std::pair<double, double>> input_range = {};
   // The record and the model on it, of one length; empty for a model alone.

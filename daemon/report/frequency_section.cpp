@@ -142,11 +142,12 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
   if (distance.lines == 0) return without_response(reported);
   const std::optional<double> distortion = greatest_distortion_dB(*response);
   Remark remark;
-  remark.seen = fmt::format(
-      "At the {} measured frequencies from {:.3g} to {:.3g} Hz, {} is within {} dB and {} "
-      "deg of the measured response.",
-      distance.lines, distance.lowest_Hz, distance.highest_Hz, reported.model.name + (has_map ? " with its map" : ""),
-      ident::figure_text(distance.gain_dB), ident::figure_text(distance.phase_deg));
+  remark.seen = fmt::format("At the {}, {} is within {} dB and {} deg of the measured response.",
+                            distance.lines == 1 ? fmt::format("measured frequency {:.3g} Hz", distance.lowest_Hz)
+                                                : fmt::format("{} measured frequencies from {:.3g} to {:.3g} Hz",
+                                                              distance.lines, distance.lowest_Hz, distance.highest_Hz),
+                            reported.model.name + (has_map ? " with its map" : ""),
+                            ident::figure_text(distance.gain_dB), ident::figure_text(distance.phase_deg));
   remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
                             : " Distortion was not measured; an odd_random_multisine would.";
   remark.seen += median_sentence(*response);

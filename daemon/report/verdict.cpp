@@ -18,6 +18,7 @@
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "daemon/report/verdict_box.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
@@ -78,13 +79,28 @@ std::string band_sentence(const ReportedModel& reported) {
     return "Usable band: none. The record determines the response at none of the excited frequencies: record longer, "
            "or with more tones.";
   }
-  std::string text = fmt::format("Usable from {:.3g} to {:.3g} Hz", band->lowest_Hz, band->highest_Hz);
+  const std::string text =
+      (band->lowest_Hz < band->highest_Hz ? "Usable from " : "Usable at ") + ident::frequencies_text(*band);
   const auto& criteria = reported.model.verdict->criteria;
   const bool misses_input = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
     return c.kind == ident::CriterionKind::residual_input && has_failed(c);
   });
-  return text +
-         (misses_input ? " by intervals of the noise alone; the response can be off by what the model misses." : ".");
+  return text + " by intervals of the noise alone" +
+         (misses_input ? "; the response can be off by what the model misses." : ".");
+}
+
+/// How far off the model is predicted to be on a fresh input; empty where that is little, or not known.
+std::string predicted_sentence(const Model& model) {
+  const auto& criteria = model.verdict->criteria;
+  const bool is_much = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
+    return c.kind == ident::CriterionKind::predicted_error && has_failed(c);
+  });
+  if (!is_much || !model.validation || !model.validation->tests || !model.validation->tests->error) return {};
+  const auto [lower, upper] = *model.validation->tests->error;
+  return fmt::format(
+      " On a fresh input of the same kind it is predicted to be off by {:.2g} to {:.2g} % of the output's standard "
+      "deviation.",
+      lower, upper);
 }
 
 /// Gain, time constants and map in figures; of a fractional order the equation.
@@ -116,7 +132,8 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   if (subject.leak && model.input_map) {
     html += "<p><strong>" + with_code(leak_finding(*subject.leak, subject.unit)) + "</strong></p>\n";
   }
-  html += paragraph(error_sentence(model) + " " + band_sentence(reported)) + in_figures(model);
+  html +=
+      paragraph(error_sentence(model) + " " + band_sentence(reported) + predicted_sentence(model)) + in_figures(model);
   // As the terminal has it. A leak, which is said above, moves them too.
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty() && !subject.leak) {
     html += "<p><strong>" + with_code(capitalised(note)) + ".</strong></p>\n";

@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "daemon/report/html.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
 #include "ident/validation/parameter_change.hpp"
@@ -100,10 +101,10 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
 std::vector<std::vector<std::string>> rows_of(const std::vector<ComparedQuantity>& quantities) {
   std::vector<std::vector<std::string>> rows;
   for (const ComparedQuantity& one : quantities) {
+    const ident::DifferenceText text = ident::difference_text(one.after.value - one.before.value, one.joint);
     rows.push_back({one.name, ident::with_half_width(one.before.value, one.before.half_width, "+-"),
-                    ident::with_half_width(one.after.value, one.after.half_width, "+-"),
-                    ident::rounded_to(one.after.value - one.before.value, one.joint), fmt::format("{:.2g}", one.joint),
-                    one.unit, one.changed() ? "yes" : "not shown"});
+                    ident::with_half_width(one.after.value, one.after.half_width, "+-"), text.difference,
+                    text.half_width, one.unit, one.changed() ? "yes" : "not shown"});
   }
   return rows;
 }

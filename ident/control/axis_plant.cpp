@@ -94,9 +94,8 @@ bool is_plant(const TransferFunction& g) {
 }
 
 FrequencyInterval band_of(const Model& model) {
-  if (model.verdict && model.verdict->usable_band && model.verdict->usable_band->lowest_Hz > 0.0) {
-    return *model.verdict->usable_band;
-  }
+  const std::optional<FrequencyInterval> usable = model.verdict ? model.verdict->usable_band : std::nullopt;
+  if (usable && usable->lowest_Hz > 0.0 && usable->lowest_Hz < usable->highest_Hz) return *usable;
   if (model.bode && model.bode->frequency_Hz.size() > 1) {
     return {model.bode->frequency_Hz.front(), model.bode->frequency_Hz.back()};
   }

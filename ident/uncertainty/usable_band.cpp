@@ -35,7 +35,7 @@ std::vector<double> logarithmic(double lowest_Hz, double highest_Hz) {
 }
 
 /// Returns the widest part of a grid, on a logarithmic scale, at whose points a predicate holds; none where that is a
-/// single frequency.
+/// single frequency of several.
 template <typename Holds>
 std::optional<FrequencyInterval> widest_part(const std::vector<double>& grid, const Holds& holds) {
   std::optional<FrequencyInterval> widest;
@@ -50,7 +50,7 @@ std::optional<FrequencyInterval> widest_part(const std::vector<double>& grid, co
     const auto ratio = [](const FrequencyInterval& b) { return b.highest_Hz / b.lowest_Hz; };
     if (!widest || ratio(*part) > ratio(*widest)) widest = part;
   }
-  if (widest && !(widest->highest_Hz > widest->lowest_Hz)) return std::nullopt;
+  if (widest && grid.size() > 1 && !(widest->highest_Hz > widest->lowest_Hz)) return std::nullopt;
   return widest;
 }
 
@@ -100,7 +100,7 @@ std::optional<FrequencyInterval> usable_band(const Model& model, const Parameter
   if (model.estimation && model.estimation->compared_step_s) {
     highest_Hz = std::min(highest_Hz, kOfNyquist * 0.5 / *model.estimation->compared_step_s);
   }
-  if (!(highest_Hz > excited.lowest_Hz)) return {};
+  if (!(highest_Hz >= excited.lowest_Hz)) return {};
   const std::vector<double> grid = logarithmic(excited.lowest_Hz, highest_Hz);
   const BodeCurve curve = bode_curve(model, grid, known);
   return widest_part(grid, [&](std::size_t i) {

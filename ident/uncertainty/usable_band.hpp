@@ -21,7 +21,9 @@ namespace eha::ident {
 /// Returns the part of an excited band in which a model's gain and phase are accurate: the widest one, on a logarithmic
 /// scale, in which their standard errors are at most `limits.usable_gain_error_dB` and `limits.usable_phase_error_deg`.
 /// @param known  as fitted
-/// @returns nothing if there is none: no frequency or a single one is accurate, the errors are not known, or the record
+/// Of a single line it is that line.
+/// @returns nothing if there is none: no frequency or a single one of several is accurate, the errors are not known, or
+/// the record
 ///          does not determine a parameter of G
 [[nodiscard]] std::optional<FrequencyInterval> usable_band(const Model& model, const ParameterCovariance& known,
                                                            const FrequencyInterval& excited,

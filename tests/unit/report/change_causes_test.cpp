@@ -37,6 +37,14 @@ TEST(ChangeCauses, NameForEachKindWhatCommonlyChangesIt) {
   EXPECT_TRUE(changes_valve(change));
 }
 
+TEST(ChangeCauses, BeginWithWhatTheRecordsShow) {
+  ident::PlantChange change;
+  add(change, "null", ident::ParameterRole::valve_null, 1.2);
+  EXPECT_TRUE(causes_of({&change}, MapCause::leak).starts_with("null: a leak past the piston, as said above"))
+      << causes_of({&change}, MapCause::leak);
+  EXPECT_TRUE(causes_of({&change}, MapCause::friction).starts_with("null: dry friction, as said above"));
+}
+
 TEST(ChangeCauses, AskForTheUnitsWhereTheFactorIsThatOfTwo) {
   ident::PlantChange change;
   add(change, "K", ident::ParameterRole::numerator_coefficient, 25.4);

@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "ident/model/difference_text.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -30,6 +32,15 @@ TEST(RoundedTo, HasTheDigitsOfTheHalfWidth) {
   EXPECT_EQ(rounded_to(-4.4e-6, 0.0071), "0.0000") << "no minus before a zero";
   EXPECT_EQ(rounded_to(1234.56, 20.0), "1235");
   EXPECT_EQ(rounded_to(0.14786, 0.0), "0.1479");
+}
+
+TEST(ParameterText, WritesADifferenceWithTheDigitsThatTellItFromItsLimit) {
+  const DifferenceText near = difference_text(-0.01021, 0.00998);
+  EXPECT_EQ(near.difference, "-0.0102");
+  EXPECT_EQ(near.half_width, "0.0100");
+  EXPECT_EQ(difference_text(0.32418, 0.0109).difference, "0.324");
+  EXPECT_EQ(difference_text(0.32418, 0.0109).half_width, "0.011");
+  EXPECT_EQ(difference_text(0.5, 0.0).half_width, "0");
 }
 
 TEST(ParameterText, WritesAFactorWithoutAnExponent) {

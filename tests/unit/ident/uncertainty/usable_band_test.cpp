@@ -52,9 +52,14 @@ TEST(ExcitedBand, OfAConstantInputIsNone) {
   EXPECT_FALSE(excited_band(Eigen::VectorXd::Zero(100), kStep_s));
 }
 
-TEST(UsableBand, OfASingleFrequencyIsNone) {
+TEST(UsableBand, OfASingleLineIsThatLineWhereTheRecordDeterminesIt) {
   const auto [model, covariance] = lag_with_uncertain_corner(1e-6);
-  EXPECT_FALSE(usable_band(model, covariance, {1.25, 1.25}, {}));
+  const auto band = usable_band(model, covariance, {1.25, 1.25}, {});
+  ASSERT_TRUE(band);
+  EXPECT_DOUBLE_EQ(band->lowest_Hz, 1.25);
+  EXPECT_DOUBLE_EQ(band->highest_Hz, 1.25);
+  const Known unknown = lag_with_uncertain_corner(30.0);
+  EXPECT_FALSE(usable_band(unknown.model, unknown.covariance, {0.01, 0.01}, {}));
 }
 
 TEST(UsableBand, EndsBelowTheNyquistFrequency) {
