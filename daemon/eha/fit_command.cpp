@@ -263,6 +263,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.set_rig(access_of_file());
   }
   suggest::RigAccess rig = console.rig();
+  if (!source.run_folder) rig.new_rig_file.clear();
   rig.fit = command_of_ladder(command);
   console.set_rig(std::move(rig));
   print_import(source.guess, source.remarks, source.repairs, console);

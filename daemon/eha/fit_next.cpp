@@ -103,7 +103,8 @@ std::string next_of_fit(const FitCommand& command, const Source& source, const I
   const bool is_whole = acquisition::is_whole(source.outcome);
   const bool asks_for_more = identify::next_step_of(identification).first != ident::FirstStep::none ||
                              (source.run_folder && record::leak_beside(*source.run_folder));
-  if (best && source.run_folder && (!is_whole || asks_for_more)) {
+  const bool is_grey = best && identification.models[*best].result.model.grey_box.has_value();
+  if (best && source.run_folder && (!is_whole || asks_for_more || is_grey)) {
     return report_of_run(*source.run_folder, "eha runs show " + shell_word(source.run_folder->string()));
   }
   if (best && source.run_folder) {

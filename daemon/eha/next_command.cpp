@@ -312,7 +312,9 @@ std::string sheet_beside(const fs::path& folder, const ident::Model& model) {
 std::optional<std::string> tune_of_run(const fs::path& folder, const suggest::RigAccess& rig) {
   const auto model = recommended_model(folder);
   if (!model) return std::nullopt;
-  return suggest::tune(rig, folder.string(), sheet_beside(folder, model_in(*model)));
+  const ident::Model read = model_in(*model);
+  if (read.grey_box) return std::nullopt;  // no controller is made of one
+  return suggest::tune(rig, folder.string(), sheet_beside(folder, read));
 }
 
 std::string tune_of_model(const fs::path& model, const fs::path& run, const suggest::RigAccess& rig) {

@@ -120,9 +120,15 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
   } else if (subject.manifest && subject.sheet_says == ident::SheetSays::nothing && ident::map_shift(reported.model)) {
     text +=
         "`eha characterise` measures the valve, which this record does not show well enough for a controller. Then ";
-  } else if (subject.manifest) {
+  } else if (subject.manifest && !reported.model.grey_box) {
     text += fmt::format("`{}` makes a controller of it and says what the rod will do; ",
                         on_one_line(suggest::tune(*subject.access(), subject.folder.empty() ? "RUN" : subject.folder)));
+  }
+  if (reported.model.grey_box) {
+    return text + fmt::format(
+                      "`eha simulate`, with {0} and another input, says what the plant does under it; `eha "
+                      "validate`, with {0} and another record, scores the model there.",
+                      file);
   }
   return text +
          fmt::format(

@@ -50,6 +50,8 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
   return result.append(text);
 }
 
+constexpr std::string_view kOnTheBench = "a slow triangle about 0 on the valve's bench";
+
 struct Quotes {
   std::string_view before;
   std::string_view after;
@@ -84,6 +86,8 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
   };
   std::string result(text);
   if (text.find("eha ") == std::string_view::npos) return result;
+  // No command measures a valve that this program does not drive.
+  if (rig.new_rig_file.empty()) result = replaced(result, quoted("eha characterise"), kOnTheBench);
   for (const auto& [name, whole] : whole_commands(rig)) {
     if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
   }

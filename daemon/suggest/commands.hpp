@@ -20,7 +20,7 @@ struct RigAccess {
   std::string output = {};                    ///< with is_local: parent of run folders; empty: the default one
   bool allows_non_realtime = false;           ///< with is_local
   bool accepts_travel_risk = false;           ///< of `eha run`
-  std::string new_rig_file = "rig-new.toml";  ///< that a measurement of the valve writes
+  std::string new_rig_file = "rig-new.toml";  ///< that a measurement of the valve writes; empty: no rig of this program
   std::string controller = {};                ///< file of the controller in question; empty: none
   std::string model = {};                     ///< file, or run, of which a controller is made; empty: none
   std::string new_controller = {};            ///< file that `eha tune` writes; empty: its default one

@@ -91,11 +91,14 @@ std::string errors_text(const ControllerSubject& subject) {
   const auto add = [&](std::string_view name, std::string_view when) {
     for (const MeasuredFigure& figure : subject.measured->figures) {
       if (figure.name == name)
-        text += fmt::format(", {} error {:.3g} {}", when, subject.unit.factor(figure.unit) * figure.value, in);
+        text += fmt::format(", {} {:.3g} {}", when, subject.unit.factor(figure.unit) * figure.value, in);
     }
   };
-  add("following error, worst", "greatest measured");
-  add("error at rest, worst", "at rest");
+  // With a step the trial has parts, of which the trapezoids have this figure.
+  const bool has_parts =
+      std::any_of(figures.begin(), figures.end(), [](const auto& f) { return f.name == kOvershoot; });
+  add("following error, worst", has_parts ? "greatest error in the trapezoids" : "greatest measured error");
+  add("error at rest, worst", "error at rest");
   return text;
 }
 

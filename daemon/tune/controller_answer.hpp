@@ -7,6 +7,8 @@
 
 namespace eha::tune {
 
+inline constexpr const char* kOvershoot = "overshoot of a step";  ///< figure of a trial that has one
+
 /// The box at the head of a controller's page, as HTML: what the controller achieves, its margins, what limits it, what
 /// to do next. Of a trial on a rig: what of the promise is not kept, too.
 [[nodiscard]] std::string answer_box(const ControllerSubject& subject);

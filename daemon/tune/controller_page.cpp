@@ -10,6 +10,7 @@
 
 #include "config/bound_text.hpp"
 #include "core/time_text.hpp"
+#include "daemon/plot/envelope.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/tune/controller_answer.hpp"
@@ -24,12 +25,12 @@ using report::Column;
 constexpr double kAtEnd = 1e-6;        // of the step, as TrialScore
 constexpr double kBeyondBand = 0.025;  // of the draws, on each side
 constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr const char* kOvershoot = "overshoot of a step";
 
-/// Whether a row is one of the sweep, in which the rod follows tones and no reference.
+/// Whether a row, or the mean that it is, has a share in the sweep, in which the rod follows tones and no reference.
 bool is_of_sweep(const TrialTrace& trace, std::size_t row) {
   const double time_s = trace.time_s[row];
-  return trace.sweep_s && time_s >= trace.sweep_s->first && time_s <= trace.sweep_s->second;
+  const double reach_s = 0.5 * trace.mean_s.value_or(0.0);
+  return trace.sweep_s && time_s >= trace.sweep_s->first - reach_s && time_s <= trace.sweep_s->second + reach_s;
 }
 
 /// Returns every n-th value, so that a plot stays small.
@@ -205,7 +206,8 @@ report::Item sensitivity(const Curves& c) {
 }  // namespace
 
 plot::Figure motion_figure(const TrialTrace& t, std::string title, const DisplayUnit& unit) {
-  const std::size_t every = std::max<std::size_t>(1, t.time_s.size() / 4000);
+  constexpr std::size_t kErrorBuckets = 2000;
+  const std::size_t every = std::max<std::size_t>(1, t.time_s.size() / (2 * kErrorBuckets));
   const std::vector<double> time = thinned(t.time_s, every);
   const double factor = unit.factor("in");
   const auto shown = [&](const std::vector<double>& values) {
@@ -214,7 +216,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
     return some;
   };
   std::vector<double> error;
-  for (std::size_t i = 0; i < t.time_s.size(); i += every) {
+  for (std::size_t i = 0; i < t.time_s.size(); ++i) {
     // That of the sweep would set the axis.
     error.push_back(is_of_sweep(t, i) ? std::nan("") : factor * (t.rod_in[i] - t.reference_in[i]));
   }
@@ -223,7 +225,9 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   position.series.push_back({.label = "reference", .x = time, .y = shown(t.reference_in), .style = 1});
   plot::Panel following{.x_label = "", .y_label = fmt::format("error, rod - reference [{}]", unit.of("in"))};
   const std::string means = t.mean_s ? fmt::format("means over {:.0f} ms", 1e3 * *t.mean_s) : std::string();
-  following.series.push_back({.label = means, .x = time, .y = error, .style = 1});
+  // Every row counts: the remark names the greatest.
+  plot::Points errors = plot::envelope(t.time_s, error, kErrorBuckets);
+  following.series.push_back({.label = means, .x = std::move(errors.x), .y = std::move(errors.y), .style = 1});
   plot::Panel command{.x_label = t.sweep_s
                                      ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
                                                    t.sweep_s->first, t.sweep_s->second)

@@ -82,6 +82,14 @@ TEST(Next, MeasuresTheValveFirstWhereTheMapIsInDoubt) {
   EXPECT_NE(box_of(subject).find("Next: <code>eha tune"), std::string::npos) << box_of(subject);
 }
 
+TEST(Next, OffersNoExportOfAGreyBox) {
+  Subject subject = run_of("completed", ident::Grade::good);
+  subject.models[0].model.grey_box = ident::GreyBox{&ident::friction_kind(), {0.15, 0.02, 0.1}};
+  const std::string box = box_of(subject);
+  EXPECT_EQ(box.find("eha export"), std::string::npos) << box;
+  EXPECT_NE(box.find("<code>eha simulate</code>, with /runs/run/models/io.json"), std::string::npos) << box;
+}
+
 TEST(Next, HasWholeCommands) {
   Subject subject = run_of("completed", ident::Grade::good);
   std::string box = box_of(subject);

@@ -29,6 +29,13 @@ TEST(Suggestions, NameTheServiceOfARunOfTheService) {
             "eha characterise runs/a -o rig-new.toml --local --rig 'my rig.toml'");
 }
 
+TEST(Suggestions, NameNoCommandForTheValveOfAForeignRecord) {
+  RigAccess rig;
+  rig.new_rig_file.clear();
+  EXPECT_EQ(completed("shift them further: `eha characterise` measures them", rig),
+            "shift them further: a slow triangle about 0 on the valve's bench measures them");
+}
+
 TEST(Suggestions, CompleteWhatATextNamesInShort) {
   RigAccess rig = local_rig();
   const std::string text =

@@ -122,10 +122,17 @@ TEST(ControllerPage, SaysOfATrialsCurveWhichPartHasWhichFigure) {
                  .reference_in = {1.0, 1.0, 1.0, 1.0},
                  .rod_in = {1.0, 1.00106, 1.5, 0.9986},
                  .command_V = {0.0, 0.0, 0.0, 0.0},
-                 .sweep_s = std::pair(1.5, 2.5)};
+                 .sweep_s = std::pair(1.5, 2.5),
+                 .mean_s = 0.05};
   const std::string html = controller_page(subject).html;
   EXPECT_NE(html.find("The greatest error of the curve is 0.0014 in at 3 s."), std::string::npos)
       << "of the sine, of which the table has the RMS alone";
+  EXPECT_NE(html.find("greatest error in the trapezoids 0.00106 in"), std::string::npos) << html;
+  trial.trace.time_s[3] = 2.51;  // its mean has rows of the sweep
+  EXPECT_NE(controller_page(subject).html.find("The greatest error of the curve is 0.00106 in at 1 s."),
+            std::string::npos);
+  const plot::Series error = motion_figure(trial.trace, "trial").panels.at(1).series.front();
+  EXPECT_TRUE(std::isnan(error.y.back())) << "not drawn either";
   EXPECT_NE(html.find("may reach further than the worst following error of the table"), std::string::npos);
   trial.figures.pop_back();  // a user's reference, of which the table has the following error alone
   EXPECT_NE(controller_page(subject).html.find("The error is as in the table."), std::string::npos);
