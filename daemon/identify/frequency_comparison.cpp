@@ -164,16 +164,17 @@ std::filesystem::path write_frequency_response(const ident::FrequencyResponse& m
                                                const std::vector<IdentifiedModel>& models,
                                                const std::filesystem::path& folder) {
   std::string text =
-      "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,distortion_dB";
+      "frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,distortion_dB,odd_"
+      "distortion_Hz";
   for (const IdentifiedModel& identified : models) {
     text += fmt::format(",{0}_gain_dB,{0}_gain_std_dB,{0}_phase_deg,{0}_phase_std_deg", identified.result.model.name);
   }
   text += "\n";
   for (const ComparedLine& row : compare_lines(measured, models)) {
-    text +=
-        fmt::format("{},{},{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
-                    row.measured.gain_dB, row.measured.phase_deg, row.line->std, field(row.line->even_distortion_dB),
-                    field(row.line->odd_distortion_dB), row.line->noise_dB, field(row.line->distortion_dB));
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{}", row.line->frequency_Hz, std::abs(row.line->response),
+                        row.measured.gain_dB, row.measured.phase_deg, row.line->std,
+                        field(row.line->even_distortion_dB), field(row.line->odd_distortion_dB), row.line->noise_dB,
+                        field(row.line->distortion_dB), field(row.line->odd_distortion_Hz));
     for (const GainAndPhase& model : row.models) {
       text += fmt::format(",{},{},{},{}", model.gain_dB, field(model.gain_std_dB), model.phase_deg,
                           field(model.phase_std_deg));

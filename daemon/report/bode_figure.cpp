@@ -26,6 +26,7 @@ constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 160;
 constexpr std::size_t kPointsOfPeak = 24;  ///< on either side of one, between two points of the grid
 constexpr int kMapStyle = 2;
+constexpr std::string_view kOddDistortion = "odd_distortion_dB";
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
 constexpr double kBeyondModel_dB = 10.0;   // of models' and measured gains: noise far below would flatten them
@@ -158,11 +159,14 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
   }
   // Over three decades of gain most bars are shorter than their points are high.
   g.label += longest_bar_dB < kVisibleBar * (gains.high - gains.low) ? " (its 95 % bars: see gain error)" : ", 95 %";
-  const auto distortion = [&](const char* name, const char* label, int style) {
+  const auto distortion = [&](std::string_view name, const char* label, int style) {
     const auto* below_dB = response.find(name);
     if (below_dB == nullptr) return;
+    // A silent line beside several excited ones has a point for each, at its own frequency.
+    const auto* at_Hz = name == kOddDistortion ? response.find("odd_distortion_Hz") : nullptr;
     Series series{.label = label, .x = *f, .mark = Mark::points, .style = style};
     for (std::size_t i = 0; i < f->size(); ++i) {
+      if (at_Hz != nullptr && std::isfinite((*at_Hz)[i])) series.x[i] = (*at_Hz)[i];
       series.y.push_back((*gain_dB)[i] + (*below_dB)[i]);
       gains.add(series.y[i]);
     }
@@ -175,7 +179,7 @@ void add_measured(const NumberTable& response, Panel& gain, Panel& phase, Range&
     gain.series.push_back(std::move(noise));
   }
   distortion("even_distortion_dB", "even distortion", 3);
-  distortion("odd_distortion_dB", "odd distortion", 4);
+  distortion(kOddDistortion, "odd distortion", 4);
   distortion("distortion_dB", "distortion at the lines", 6);
   phase.series.push_back(std::move(p));
 }

@@ -26,7 +26,7 @@ constexpr double kCarriesInput = 0.1;
 constexpr double kLeastInput = 1e-6;
 constexpr std::size_t kNeighbours = 2;
 // Silent odd lines of an odd-random multisine, one in each four, are at most seven odd lines apart.
-constexpr std::ptrdiff_t kReach = 14;
+constexpr std::size_t kReach = 14;
 
 /// Spectra of every period, one a column, and their mean; scaled so that a cosine of amplitude 1 gives 1.
 struct Spectra {
@@ -130,18 +130,24 @@ class Distortion {
     return level(beside, i);
   }
 
-  [[nodiscard]] std::optional<double> odd(std::size_t i) const {
+  /// The silent odd harmonic that is nearest to excited line i on a logarithmic axis, at most an octave away.
+  [[nodiscard]] std::optional<std::size_t> odd_harmonic(std::size_t i) const {
     if (!all_odd_) return std::nullopt;
-    const auto at = static_cast<std::ptrdiff_t>(excited_[i]);
-    std::vector<std::size_t> beside;
-    for (const std::ptrdiff_t side : {-2, 2}) {
-      std::ptrdiff_t k = at + side;
-      while (std::abs(k - at) <= kReach && !is_silent(k)) k += side;
-      if (std::abs(k - at) <= kReach && k >= 1 && k <= static_cast<std::ptrdiff_t>(last_)) {
-        beside.push_back(static_cast<std::size_t>(k));
-      }
-    }
-    return level(beside, i);
+    const std::size_t at = excited_[i];
+    std::size_t above = at + 2;
+    while (above - at <= kReach && !is_silent(above)) above += 2;
+    std::size_t below = at - 2;
+    while (below < at && at - below <= kReach && !is_silent(below)) below -= 2;  // below 1 it wraps
+    const bool has_above = above - at <= kReach && above <= std::min(2 * at, last_);
+    const bool has_below = below < at && at - below <= kReach && 2 * below >= at;
+    if (has_above && has_below) return above * below < at * at ? above : below;
+    if (has_above) return above;
+    return has_below ? std::optional(below) : std::nullopt;
+  }
+
+  [[nodiscard]] std::optional<double> odd(std::size_t i) const {
+    const auto harmonic = odd_harmonic(i);
+    return harmonic ? level({*harmonic}, i) : std::nullopt;
   }
 
   [[nodiscard]] SilentPowers silent() const {
@@ -162,9 +168,7 @@ class Distortion {
   }
 
  private:
-  [[nodiscard]] bool is_silent(std::ptrdiff_t k) const {
-    return k < 1 || !std::binary_search(excited_.begin(), excited_.end(), static_cast<std::size_t>(k));
-  }
+  [[nodiscard]] bool is_silent(std::size_t k) const { return !std::binary_search(excited_.begin(), excited_.end(), k); }
 
   [[nodiscard]] std::optional<double> level(const std::vector<std::size_t>& beside, std::size_t i) const {
     if (beside.empty()) return std::nullopt;
@@ -228,6 +232,8 @@ FrequencyResponse measure_frequency_response(const Record& record, const Periods
     line.noise_dB = 10.0 * std::log10(noise / std::norm(output.mean[row]));
     line.even_distortion_dB = distortion.even(i);
     line.odd_distortion_dB = distortion.odd(i);
+    if (const auto harmonic = distortion.odd_harmonic(i))
+      line.odd_distortion_Hz = static_cast<double>(*harmonic) / period_s;
     result.lines.push_back(line);
   }
   return result;

@@ -25,6 +25,7 @@ struct LineResponse {
   /// or an odd nonlinearity, noise included. Empty if there is no such line.
   std::optional<double> even_distortion_dB;
   std::optional<double> odd_distortion_dB;
+  std::optional<double> odd_distortion_Hz;  ///< frequency of the line that odd_distortion_dB is measured at
   double noise_dB = 0.0;  ///< noise at such a line, below the output: a distortion near this level is noise
   /// Distortion at the line itself, below the output: the difference between realisations that is not noise. Empty for
   /// a single realisation, and if it cannot be distinguished from the noise.
@@ -71,8 +72,9 @@ struct FrequencyResponse {
 ///           side too, so that a few periods do.
 /// Distortion: with odd lines excited, an even nonlinearity responds at even harmonics only, an odd one at odd
 /// harmonics only. Both are measured only if every excited harmonic is odd: even distortion at the even harmonics
-/// beside the line, odd distortion at the nearest unexcited odd harmonic on either side, at most 14 away. The input's
-/// own content at those harmonics is subtracted with the response of the line.
+/// beside the line, odd distortion at the unexcited odd harmonic that is nearest on a logarithmic axis, at most an
+/// octave and 14 harmonics away: the output changes with frequency, and a ratio to a distant line would say nothing.
+/// The input's own content at those harmonics is subtracted with the response of the line.
 /// @param lines_Hz  excited frequencies, harmonics of the period; empty: the harmonics whose input amplitude is at
 ///                  least a tenth of the greatest
 /// @throws DataError  a line is no harmonic of the period or carries no input; the periods do not fit the record

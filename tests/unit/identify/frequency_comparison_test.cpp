@@ -112,7 +112,7 @@ TEST(FrequencyComparison, IsWrittenAsOneRowForEachLine) {
   const std::string text = content_of(path);
   EXPECT_EQ(path.filename(), "frequency_response.csv");
   EXPECT_EQ(text.rfind("frequency_Hz,gain,gain_dB,phase_deg,std,even_distortion_dB,odd_distortion_dB,noise_dB,"
-                       "distortion_dB,io_gain_dB,io_gain_std_dB,"
+                       "distortion_dB,odd_distortion_Hz,io_gain_dB,io_gain_std_dB,"
                        "io_phase_deg,io_phase_std_deg\n0.1,",
                        0),
             0U)
