@@ -442,11 +442,14 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   }
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
-  if (frequency_response) {
+  // Of several realisations each is another input: what differs between them is no noise, and the two or three periods
+  // of one are no measure for what a model leaves over of the others.
+  const bool is_one_input = !frequency_response || frequency_response->realisations == 1;
+  if (frequency_response && is_one_input) {
     named.noise_std = ident::measured_noise(source.record.output, frequency_response->periods, task.options.decimation);
   }
   // A note gives the reason why a periodic excitation has no response.
-  named.lacks_periods = named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
+  named.lacks_periods = is_one_input && named.noise_std.value_or(0.0) <= 0.0 && (frequency_response || !notes.empty());
   Identification identification = fit_in_rounds(source, named, comparisons, progress);
   const FitTask fit = [&](const IdentificationTask& other_task) {
     return fit_in_rounds(source, other_task, comparisons, progress);
