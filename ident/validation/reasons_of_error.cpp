@@ -206,7 +206,8 @@ std::string Reasons::against_nonlinearity() const {
   }
   if (is_of_bent_edges(model_, test)) return box + std::string(kMeasureTheValve);
   if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls) {
-    return "record smaller amplitudes, below which nothing saturates, or cut to a part with such (--from, --to)";
+    return "record again at half the amplitude: where the error falls to less than half the plant saturates, else it "
+           "is dead band or friction, which `eha characterise` measures";
   }
   if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
   if (test.kind == NonlinearKind::position) return box + "record a smaller travel";

@@ -25,7 +25,8 @@ std::string_view effect_of_one(const NonlinearityTest& test) {
   switch (test.kind) {
     case NonlinearKind::level:
       if (test.gain == GainTrend::falls)
-        return "level of the input: the gain falls as the input grows, as where valve, pump or amplifier saturate";
+        return "level of the input: the gain falls as the input grows, as with the edges of a dead band, friction or a "
+               "saturation";
       if (test.gain == GainTrend::grows)
         return "level of the input: the gain grows with it, as beyond a valve's dead band or overlap";
       return "level of the input, as where the gain changes with it";

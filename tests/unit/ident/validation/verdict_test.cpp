@@ -665,7 +665,7 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
       << spring[0];
 }
 
-TEST(Verdict, NamesASaturationByItsEvidenceAndWhatToDo) {
+TEST(Verdict, NamesNoSaturationWithoutAFitWithALimitedInput) {
   Model model = good_model();
   model.validation->tests->input.p = 0.0;
   model.validation->tests->input.statistic = 900.0;
@@ -674,8 +674,9 @@ TEST(Verdict, NamesASaturationByItsEvidenceAndWhatToDo) {
       NonlinearityTest{{.statistic = 4000.0, .degrees = 12, .p = 0.0}, NonlinearKind::level, GainTrend::falls};
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_EQ(reasons.size(), 1U) << "what past input moves, and what is no noise, is that effect's";
-  EXPECT_NE(reasons[0].find("as where valve, pump or amplifier saturate"), std::string::npos) << reasons[0];
-  EXPECT_NE(reasons[0].find("or record smaller amplitudes"), std::string::npos) << reasons[0];
+  EXPECT_NE(reasons[0].find("as with the edges of a dead band, friction or a saturation"), std::string::npos)
+      << reasons[0];
+  EXPECT_NE(reasons[0].find("or record again at half the amplitude"), std::string::npos) << reasons[0];
   // Of a linear part that is missing a residual looks nonlinear, too: less so.
   model.validation->tests->input.statistic = 90'000.0;
   const std::vector<std::string> linear = judge(model, {}, {.beside_ladder = true}).reasons;
@@ -692,11 +693,11 @@ TEST(Verdict, BlamesBentEdgesOfAMapForAGainThatFallsAndNoSaturation) {
   model.input_map = ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
   model.validation->map_error = 0.01;
   const std::string saturates = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
-  EXPECT_NE(saturates.find("as where valve, pump or amplifier saturate"), std::string::npos) << saturates;
+  EXPECT_NE(saturates.find("friction or a saturation"), std::string::npos) << saturates;
   model.validation->map_error = 0.055;
   for (const std::string& reason : judge(model, {}, {.beside_ladder = true}).reasons) {
     EXPECT_EQ(reason.find("saturate"), std::string::npos) << reason;
-    EXPECT_EQ(reason.find("smaller amplitudes"), std::string::npos) << reason;
+    EXPECT_EQ(reason.find("half the amplitude"), std::string::npos) << reason;
     EXPECT_NE(reason.find("bend its edges (p = 0)"), std::string::npos) << reason;
     EXPECT_NE(reason.find("or measure the valve"), std::string::npos) << reason;
   }
