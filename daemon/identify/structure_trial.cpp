@@ -39,6 +39,7 @@ constexpr double kFarLess = 0.5;                      // the same, of a structur
 constexpr Eigen::Index kMostSimulatedRows = 200'000;  // a grey box simulates each of them some 500 times
 constexpr std::array kMoreDegrees{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{4, 3}};
 constexpr std::array kMoreBesideIntegrator{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{5, 2}};
+constexpr double kClosest = 0.02;                          // of a gap between levels of the input
 constexpr std::array kClipped{0.03, 0.1, 0.2, 0.35, 0.5};  // shares of the rows whose input lies beyond a limit
 
 /// A structure beside those of the table that holds.
@@ -140,6 +141,25 @@ std::string part_within(const ident::Record& record, double middle, double limit
   return options;
 }
 
+/// The sizes of an input nearest to a limit.
+struct InputGap {
+  double lower = 0.0;
+  double upper = 0.0;
+  bool is_wide = false;  ///< the input has few levels: it has nothing near the limit
+};
+
+/// @param sizes  rising
+InputGap gap_around(const std::vector<double>& sizes, double limit) {
+  constexpr double kSame = 1e-3;  // of the greatest: noise of a measured level
+  constexpr double kWide = 0.1;   // of it
+  const double same = kSame * sizes.back();
+  const auto below = std::lower_bound(sizes.begin(), sizes.end(), limit - same);
+  const auto above = std::upper_bound(sizes.begin(), sizes.end(), limit + same);
+  InputGap gap{below == sizes.begin() ? 0.0 : *(below - 1), above == sizes.end() ? sizes.back() : *above};
+  gap.is_wide = gap.upper - gap.lower > kWide * sizes.back();
+  return gap;
+}
+
 /// The structures that may describe a plant behind an input that saturates: that of an accepted first model, else the
 /// simple ones of the table.
 std::vector<const IdentifiedModel*> behind_a_limit(const Identification& identification, const ident::Model& first) {
@@ -186,12 +206,17 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
   };
   std::optional<ident::Model> best;
   double best_share = 0.0;
-  const auto take = [&](double share) {
-    std::optional<ident::Model> model = fitted(limit_at(share));
-    if (!model || (best && !(ident::shown_mse(*model) < ident::shown_mse(*best)))) return;
+  double best_limit = 0.0;
+  const auto take_limit = [&](double limit) {
+    std::optional<ident::Model> model = fitted(limit);
+    if (!model || (best && !(ident::shown_mse(*model) < ident::shown_mse(*best)))) return false;
     best = std::move(model);
-    best_share = share;
+    best_limit = limit;
     best_base = base_of_last;
+    return true;
+  };
+  const auto take = [&](double share) {
+    if (take_limit(limit_at(share))) best_share = share;
   };
   for (const double share : kClipped) {
     if (limit_at(share) < sizes.back()) take(share);
@@ -204,10 +229,24 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
     take(found / factor);
     take(std::min(0.9, factor * found));
   }
+  // Of an input of few levels the limit lies between two of them.
+  const InputGap beside = gap_around(sizes, best_limit);
+  if (beside.is_wide) {
+    for (double step = 0.5; step > kClosest; step *= 0.5) {
+      const double found = best_limit;
+      take_limit(found - step * (found - beside.lower));
+      take_limit(found + step * (beside.upper - found));
+    }
+  }
+  const InputGap gap = gap_around(sizes, best_limit);
   const std::string unit = ident::after_number(task.record.input_channel.unit);
-  const double limit = limit_at(best_share);
+  const double limit = best_limit;
+  const std::string between =
+      beside.is_wide && is_two_sided
+          ? fmt::format(" (between its levels of {:.3g} and {:.3g}{})", gap.lower, gap.upper, unit)
+          : std::string();
   return Trial{std::move(*best),
-               is_two_sided ? fmt::format("+-{:.2g}{}", limit, unit)
+               is_two_sided ? fmt::format("+-{:.2g}{}{}", limit, unit, between)
                             : fmt::format("{:.2g} and {:.2g}{}", middle - limit, middle + limit, unit),
                part_within(task.record, middle, limit,
                            task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1)};

@@ -158,6 +158,17 @@ TEST(StructureTrial, NamesALimitOfTheInputByItsSize) {
       << model.verdict->reasons.front();
 }
 
+TEST(StructureTrial, FindsALimitBetweenTheLevelsOfTheInput) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  const Eigen::VectorXd few = 1.4 * (levels(5.0, 2).array() / 1.4).round();
+  const ident::Model model = model_of(record_of(lag, few, 2.0), ident::structures::io1());
+  const auto explained = ident::explanation(model);
+  ASSERT_TRUE(explained);
+  EXPECT_EQ(explained->has.rfind("+-", 0), 0U) << explained->has;
+  EXPECT_NEAR(std::stod(explained->has.substr(2)), 2.0, 0.11);
+  EXPECT_NE(explained->has.find("(between its levels of 1.4 and 2.8"), std::string::npos) << explained->has;
+}
+
 TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
   const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
   Eigen::VectorXd input = levels(5.0, 2);
