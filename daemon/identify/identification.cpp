@@ -438,7 +438,8 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   const auto whole_s = planned_s(source);
   const double recorded_s = static_cast<double>(source.record.output.size()) * source.record.step_s;
   if (whole_s && recorded_s < kPartThatSays * *whole_s) {
-    named.piece = ident::RecordFacts::Piece{recorded_s, kPartThatSays * *whole_s, true};
+    const double enough_s = std::max(kPartThatSays * *whole_s, named.piece ? named.piece->enough_s : 0.0);
+    named.piece = ident::RecordFacts::Piece{recorded_s, enough_s, true};
   }
   std::vector<std::string> notes;
   auto frequency_response = frequency_response_of(source, task.options, notes);
