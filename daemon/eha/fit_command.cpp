@@ -295,7 +295,20 @@ ExitCode execute(const FitCommand& command, Console& console) {
   require_own_folder(command, source);
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
-  const Answered answered = answer(command, source, console);
+  Answered answered = answer(command, source, console);
+  const auto exchanged = identify::exchanged_fit(source, answered.task, answered.identification);
+  if (exchanged) {
+    // What the models as given show is of no plant.
+    answered.identification.recommendation.reason = fmt::format(
+        "Input and output may be exchanged: no model passes its checks, and the other way round {} has a validation R2 "
+        "of {:.1f} %",
+        exchanged->name, exchanged->r2_percent);
+    for (identify::IdentifiedModel& one : answered.identification.models) {
+      if (one.result.model.verdict) {
+        one.result.model.verdict->reasons = {answered.identification.recommendation.reason + "."};
+      }
+    }
+  }
   const Identification& identification = answered.identification;
   const ident::FirstStep first = identify::next_step_of(identification).first;
   std::vector<fs::path> written = write(identification, command, source);
@@ -314,11 +327,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (const auto other = identify::exchanged_fit(source, answered.task, identification)) {
-    console.warning(fmt::format(
-        "input and output may be exchanged: no model passes its checks, and the other way round {} has a validation R2 "
-        "of {:.1f} %",
-        other->name, other->r2_percent));
+  if (exchanged) {
     console.next_step(importer::command_with(command.import, command.source, source.exchange));
     return code;
   }

@@ -24,8 +24,10 @@ namespace {
 constexpr std::size_t kFewestRows = 60;
 constexpr double kClippedShare = 0.02;  // of the rows
 constexpr std::size_t kClippedTogether = 5;
-constexpr double kPile = 3.0;         // rows at the end of a coarse sensor over those at its next value
-constexpr double kBesideEnd = 0.002;  // of the output's range, as a rod on its end stop
+constexpr double kPile = 3.0;                // rows at the end of a coarse sensor over those at its next value
+constexpr double kBesideEnd = 0.002;         // of the output's range, as a rod on its end stop
+constexpr std::size_t kTimesOfACommand = 3;  // an output that is held so often is rather a command
+constexpr double kShareHeld = 0.8;           // of the rows
 constexpr std::size_t kFrozenRows = 20;
 constexpr double kFrozenShare = 0.01;  // of the rows
 constexpr double kFrozenInput = 0.3;   // of the input's range
@@ -158,6 +160,15 @@ std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const st
     k = end;
   }
   return found;
+}
+
+/// Whether most rows have the value of the row before to the bit.
+bool is_held_as_a_command(const std::vector<double>& signal) {
+  std::size_t same = 0;
+  for (std::size_t k = 1; k < signal.size(); ++k) {
+    if (!(signal[k] < signal[k - 1]) && !(signal[k] > signal[k - 1])) ++same;
+  }
+  return static_cast<double>(same) > kShareHeld * static_cast<double>(signal.size());
 }
 
 /// Motion of the output over a window by the mean input in it, as a straight line.
@@ -417,7 +428,12 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
         stops);
   }
   const std::vector<Stretch> frozen = beyond_a_step(frozen_stretches(input, output), input, output);
-  if (!frozen.empty()) {
+  if (frozen.size() >= kTimesOfACommand && is_held_as_a_command(output) && !is_held_as_a_command(input)) {
+    remarks.push_back(fmt::format(
+        "the output keeps one value to the last digit in {} places while the input moves, as a command does "
+        "that is held: input and output may be exchanged",
+        frozen.size()));
+  } else if (!frozen.empty()) {
     add(fmt::format("the output stays at {:.6g} to the last digit from {} to {} s{}, while the input moves: the "
                     "sensor, or what reads it, froze",
                     output[frozen.front().first], time_text(time(frozen.front().first)),

@@ -131,7 +131,7 @@ TEST(ExchangedColumns, AreSuspectedWhereEveryModelIsRejected) {
       run_eha({"fit", "x.csv", "--input", "pos_mm", "--output", "cmd_V", "--model", "io1"}, folder.path());
   const std::string all = ended.out + ended.err;
   EXPECT_EQ(ended.code, 3) << all;
-  EXPECT_NE(all.find("input and output may be exchanged"), std::string::npos) << all;
+  EXPECT_NE(all.find("because         Input and output may be exchanged"), std::string::npos) << all;
   EXPECT_NE(all.find("Next: eha fit x.csv --model io1 --input 3 --output 2"), std::string::npos) << all;
   EXPECT_EQ(all.find("is read more slowly"), std::string::npos) << all;
 }
