@@ -276,7 +276,11 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
     text += other == next ? ": simulate with it"
                           : fmt::format("; {} {}: simulate with it", other->name, errs_beside(*other, chosen));
   }
-  if (alike > 1 && recommendation.is_unclear) text += "; " + unclear_choice(recommendation);
+  // One that errs clearly more on unseen data is told apart by that.
+  const bool is_alike = next == nullptr || ident::shown_mse(*next) <= most;
+  if (alike > 1 && recommendation.is_unclear && is_alike) {
+    text += "; " + unclear_choice(recommendation) + ": record longer where the choice matters";
+  }
   return text;
 }
 

@@ -142,6 +142,11 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
                 "times as much on unseen data; this record hardly tells fo from next, that is, a lag from a dead time"),
             std::string::npos)
       << chosen;
+  answer.models[1].validation->score.mse = 0.0676;
+  answer.models[2].validation->score.mse = 0.0144;
+  EXPECT_EQ(chosen_in(short_report(answer, {})).find("hardly tells"), std::string::npos) << "it errs 2.6 times as much";
+  answer.models[1].validation->score.mse = 0.0169;
+  answer.models[2].validation->score.mse = 1.0;
   EXPECT_NE(text.find("The first one; do this."), std::string::npos) << text;
   EXPECT_NE(text.find("The second one.\n"), std::string::npos) << text;
   EXPECT_NE(recommendation_text(answer, {}).find("AR-BIC of -5552.1"), std::string::npos) << "-v and the report";
