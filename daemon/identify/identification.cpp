@@ -303,7 +303,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     return identification;
   }
   // Neither other starts nor a longer experiment move a rod off its end stop, mend a sensor or make rows quicker.
-  if (!task.slow_rows.empty()) return identification;
+  if (!task.slow_rows.empty() || !task.loop.empty()) return identification;
   const ident::FirstStep first = next_step_of(identification).first;
   if (first != ident::FirstStep::none && first != ident::FirstStep::longer_record) return identification;
 
@@ -356,6 +356,7 @@ IdentificationTask task_of(const Source& source) {
                           .cut = source.cut,
                           .frozen = source.frozen,
                           .slow_rows = source.slow_rows,
+                          .loop = source.loop,
                           .gaps = source.gaps,
                           .without_gaps = source.without_gaps,
                           .against_lost_rows = std::string(source.run_folder ? ident::kAgainstLateTicks : ""),
@@ -390,6 +391,7 @@ IdentificationTask with_record(const IdentificationTask& task, const ident::Reco
           .cut = task.cut,
           .frozen = task.frozen,
           .slow_rows = task.slow_rows,
+          .loop = task.loop,
           .gaps = task.gaps,
           .without_gaps = task.without_gaps,
           .against_lost_rows = task.against_lost_rows,

@@ -37,6 +37,7 @@ struct IdentificationTask {
   importer::Cut cut = {};                 ///< as Source
   std::string frozen = {};                ///< as Source
   std::string slow_rows = {};             ///< as Source
+  std::string loop = {};                  ///< as Source
   std::string gaps = {};                  ///< as Source
   importer::Cut without_gaps = {};        ///< as Source
   std::string against_lost_rows = {};     ///< of a run: what to do where its rows were not measured

@@ -77,14 +77,15 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
-  for (const char* key :
-       {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
-        ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord, ident::kGainChanged,
-        ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows, ident::kAgainstLostRows}) {
+  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
+                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kAtCommandLimit,
+                          ident::kEffectOnOwnRecord, ident::kGainChanged, ident::kBesideGainChange, ident::kLongerPart,
+                          ident::kSlowRows, ident::kLoopOfRecord, ident::kAgainstLostRows}) {
     model.provenance.erase(key);
   }
   ident::forget_explanation(model);
   if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
+  if (!task.loop.empty()) model.provenance[ident::kLoopOfRecord] = task.loop;
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
   if (!task.against_lost_rows.empty() && task.unmeasured.rows > 0) {
     model.provenance[ident::kAgainstLostRows] = task.against_lost_rows;

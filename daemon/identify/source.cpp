@@ -17,6 +17,7 @@
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
+#include "ident/validation/loop_in_record.hpp"
 
 namespace eha::identify {
 
@@ -108,6 +109,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.cut = imported.cut;
     source.frozen = std::move(imported.frozen);
     source.slow_rows = std::move(imported.slow_rows);
+    if (const auto loop = ident::loop_in_record(source.record)) source.loop = fmt::format("{:.2f}", *loop);
     source.without_gaps = imported.without_gaps;
     source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);

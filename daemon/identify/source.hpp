@@ -37,6 +37,7 @@ struct Source {
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
   std::string frozen = {};                ///< of a file: where the sensor froze, as importer::Imported
   std::string slow_rows = {};             ///< of a file: that its rows are too slow for the plant, the same
+  std::string loop = {};                  ///< of a file in closed loop: the figure of ident::loop_in_record()
   importer::Cut without_gaps = {};        ///< of a file: the longest part without a filled gap
   std::string gaps = {};                  ///< of a file: where gaps were filled, as importer::Imported
   std::vector<std::string> repairs = {};  ///< of a file: repaired gaps and jitter, one sentence each

@@ -331,7 +331,7 @@ void note_on_models(const Trial& trial, Identification& identification) {
 
 void try_other_structures(const IdentificationTask& task, Identification& identification) {
   if (task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostSimulatedRows) return;
-  if (!task.slow_rows.empty()) return;
+  if (!task.slow_rows.empty() || !task.loop.empty()) return;
   std::set<const ident::GreyBoxKind*> kinds;
   const ident::Model* first = first_of_table(identification);
   const ident::GreyBoxKind* left = first == nullptr ? nullptr : ident::grey_box_left_to_try(*first, *first->verdict);

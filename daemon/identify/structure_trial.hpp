@@ -13,8 +13,8 @@ namespace eha::identify {
 /// Notes on the models that one holds (kGreyBoxHolds, ident::note_explanation()) where it is accepted and errs clearly
 /// less than they do, and takes back an end stop, a jump or a change of gain that it does without. The verdicts then
 /// advise it. The models stay the same, and so does the recommended one. Nothing by the paper's procedure, of rows that
-/// are too slow, and for records of more than 200 000 rows. Cost: a fit of each structure where a model asks for it;
-/// else none.
+/// are too slow, of a record in closed loop, and for records of more than 200 000 rows. Cost: a fit of each structure
+/// where a model asks for it; else none.
 void try_other_structures(const IdentificationTask& task, Identification& identification);
 
 }  // namespace eha::identify

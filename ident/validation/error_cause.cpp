@@ -93,6 +93,7 @@ ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (model.provenance.contains(kFrozenOfRecord) && is_off(model, verdict)) return ErrorCause::frozen;
   if (!model.validation) return ErrorCause::unknown;
   if (model.provenance.contains(kSlowRows) && is_off(model, verdict)) return ErrorCause::slow_rows;
+  if (model.provenance.contains(kLoopOfRecord)) return ErrorCause::feedback;
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
     return ErrorCause::end_stop;
   }

@@ -18,7 +18,7 @@ enum class ErrorCause {
   input_noise,   ///< noise of the measured input makes what the model leaves over
   missing_part,  ///< the input moves the residual, or it is far above the noise between periods
   nonlinear,     ///< the residual depends on level, motion or position
-  feedback,      ///< the residual correlates with the input that follows
+  feedback,      ///< the residual correlates with the input that follows; loop_in_record() stands before end_stop
   drift,         ///< the residual wanders, and nothing of the above
   white_noise,   ///< every test passed: uncorrelated with the input and with itself, and no offset
   unknown,       ///< none of these, or too few samples to tell

@@ -75,6 +75,8 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
       })) {
     return {FirstStep::against_lost_rows};
   }
+  // What a controller does is in the whole record.
+  if (any([](const Model* model) { return model->provenance.contains(kLoopOfRecord); })) return {};
   // Of rejected models the one that errs least tells most of the record.
   const Model& nearest = **std::min_element(
       counted.begin(), counted.end(), [](const Model* a, const Model* b) { return shown_mse(*a) < shown_mse(*b); });

@@ -33,6 +33,8 @@ class Reasons {
   [[nodiscard]] std::vector<std::string> frozen();
   /// Whether a sentence before says what keeps the model from following.
   [[nodiscard]] bool is_cause_named() const;
+  /// Whether a controller closes the loop: what is left over is its, whatever it looks like.
+  [[nodiscard]] bool is_in_loop() const;
   /// "The output answers within one row ..."
   [[nodiscard]] std::string slow_rows() const;
   /// Whether another sentence says what makes a criterion fail, or the criterion sees that alone.

@@ -42,9 +42,12 @@ std::vector<std::string> Reasons::frozen() {
 }
 
 bool Reasons::is_cause_named() const {
-  return cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows || cause_ == ErrorCause::end_stop ||
-         cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise || explanation_;
+  return cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows || is_in_loop() ||
+         cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise ||
+         explanation_;
 }
+
+bool Reasons::is_in_loop() const { return cause_ == ErrorCause::feedback && model_.provenance.contains(kLoopOfRecord); }
 
 std::string Reasons::slow_rows() const {
   std::string text = model_.provenance.at(kSlowRows) + ".";
@@ -57,7 +60,7 @@ bool Reasons::is_explained(Kind kind) const {
       kind == Kind::residual_input || kind == Kind::nonlinearity || kind == Kind::residual_whiteness ||
       kind == Kind::future_input || kind == Kind::predicted_error || kind == Kind::residual_drift ||
       kind == Kind::error_over_noise || kind == Kind::far_error_over_noise || kind == Kind::error_over_estimating;
-  if (is_of_residual && (explanation_ || cause_ == ErrorCause::slow_rows)) return true;
+  if (is_of_residual && (explanation_ || cause_ == ErrorCause::slow_rows || is_in_loop())) return true;
   if (is_cut_advised() && (kind == Kind::residual_whiteness || kind == Kind::predicted_error)) return true;
   // What the plant makes of its input is no noise either.
   if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});
@@ -128,6 +131,7 @@ std::string Reasons::low_r2(const Criterion& c) const {
                      cause_ == ErrorCause::input_noise ? "the noise of the measured input does that."
                      : explanation_                    ? against_explanation()
                      : cause_ == ErrorCause::slow_rows ? "record more rows a second."
+                     : is_in_loop()                    ? "record with the loop open."
                      : is_cause_named()                ? "cut as said above, and fit again."
                      : !better_grey_box().empty()      ? better_grey_box() + "."
                      : c.value < kHardlyFollows_percent
@@ -163,6 +167,7 @@ bool Reasons::may_lack_dead_time() const {
 }
 
 std::string Reasons::remedy() const {
+  if (is_in_loop()) return "record with the loop open";
   if (!verdict_.explained_by.empty()) {
     return fmt::format(
         "{}, which is accepted too, leaves nothing over that the input moves: take it where "

@@ -144,6 +144,8 @@ bool may_be_picked(const Models& all, const Model& model) {
                         [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
   }
   if (takes_in_input_noise(all, model)) return false;
+  // What a controller makes of noise bends a map as no valve does.
+  if (model.input_map && model.provenance.contains(kLoopOfRecord)) return false;
   if (rings_between_rows(model)) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !rings_between_rows(*other); });
@@ -334,7 +336,8 @@ std::string cause_in_record(const Models& all) {
   const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
   for (const Model* model : all) {
     const ErrorCause error = model->verdict ? error_cause(*model, *model->verdict) : ErrorCause::unknown;
-    const bool is_of_record = error == ErrorCause::frozen || error == ErrorCause::slow_rows;
+    const bool is_of_record = error == ErrorCause::frozen || error == ErrorCause::slow_rows ||
+                              (error == ErrorCause::feedback && model->provenance.contains(kLoopOfRecord));
     const bool is_at_stop = model->validation && model->validation->end_stop;
     if (has_reason(*model) && (is_of_record || is_at_stop)) return first_whole_reason(*model);
   }

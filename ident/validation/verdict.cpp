@@ -13,6 +13,7 @@
 #include "ident/statistics/distributions.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
@@ -109,7 +110,8 @@ void judge_test(Kind kind, const ResidualTest& test, double level, std::size_t s
 
 /// Whether the plant is what the structure can be, and how far off the model is.
 /// @param samples  that show an answer of the plant
-void judge_plant(const ResidualTests& tests, std::size_t samples, Judgement& judgement) {
+/// @param is_in_loop  the record shows a controller, whatever the tests say
+void judge_plant(const ResidualTests& tests, std::size_t samples, bool is_in_loop, Judgement& judgement) {
   const auto fails_none_before = [&, nonlinear = tests.nonlinearity] {
     return tests.input.p >= kResidualLevel && (!nonlinear || nonlinear->test.p >= kNonlinearLevel);
   };
@@ -117,7 +119,9 @@ void judge_plant(const ResidualTests& tests, std::size_t samples, Judgement& jud
     judge_test(Kind::nonlinearity, tests.nonlinearity->test, kNonlinearLevel, samples, judgement);
   }
   // What the plant makes of past input may look like feedback.
-  if (tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
+  if (is_in_loop) {
+    judgement.criterion(Kind::future_input, tests.future_input ? tests.future_input->p : 0.0, kFeedbackLevel, false);
+  } else if (tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
     judge_test(Kind::future_input, *tests.future_input, kFeedbackLevel, samples, judgement);
   }
   if (!tests.error) return;
@@ -130,7 +134,7 @@ void judge_plant(const ResidualTests& tests, std::size_t samples, Judgement& jud
 }
 
 /// Whether the residual holds a part of the plant, and is noise.
-void judge_tests(const ValidationReport& validation, Judgement& judgement) {
+void judge_tests(const ValidationReport& validation, bool is_in_loop, Judgement& judgement) {
   if (!validation.tests) {
     judgement.not_judged(Kind::residual_input, kUnknown, kResidualLevel);
     judgement.not_judged(Kind::residual_whiteness, kUnknown, kResidualLevel);
@@ -141,20 +145,21 @@ void judge_tests(const ValidationReport& validation, Judgement& judgement) {
   const std::size_t samples = answering_samples(validation);
   judge_test(Kind::residual_input, tests.input, kResidualLevel, samples, judgement);
   judge_test(Kind::residual_whiteness, tests.whiteness, kResidualLevel, validation.score.samples, judgement);
-  judge_plant(tests, samples, judgement);
+  judge_plant(tests, samples, is_in_loop, judgement);
   if (const auto& drift = validation.tests->drift) {
     judgement.criterion(Kind::residual_drift, drift->change, drift->expected, drift->change <= drift->expected);
   }
 }
 
-void judge_validation(const ValidationReport& validation, const RecordFacts& facts, Judgement& judgement) {
+void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
+  const ValidationReport& validation = *model.validation;
   if (const auto& noise = validation.input_noise) {
     // Noise that did not reach the plant is in the input and in what is left over: the tests would find a part of the
     // plant, or a bend of it, in that.
     const double share = 100.0 * noise->share;
     judgement.criterion(Kind::input_noise, share, kMostInputNoise_percent, share <= kMostInputNoise_percent);
   } else {
-    judge_tests(validation, judgement);
+    judge_tests(validation, model.provenance.contains(kLoopOfRecord), judgement);
   }
   if (const auto& levels = validation.input_levels) {
     judgement.not_judged(Kind::input_levels, levels->lower < levels->upper ? 2.0 : 1.0, kFewestLevels);
@@ -258,7 +263,8 @@ void judge_parameters(const Model& model, Judgement& judgement) {
     } else if (is_coefficient(p.role) || p.role == ParameterRole::grey_box) {
       // The end of the interval that lies nearer to 0, from its side of 0.
       const double distance = p.value < 0.0 ? -p.upper95 : p.lower95;
-      judgement.criterion(Kind::coefficient_interval, distance, 0.0, distance > 0.0, p.name);
+      const bool is_seen = !is_level_out_of_sight(model, p);
+      judgement.criterion(Kind::coefficient_interval, distance, 0.0, distance > 0.0 && is_seen, p.name);
     } else if (p.role == ParameterRole::negative_gain_ratio) {
       judgement.criterion(Kind::gain_ratio, p.value, kLeastGainRatio, p.value >= kLeastGainRatio);
     }
@@ -292,7 +298,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   }
   if (model.validation) {
     judge_score(model.validation->score, "validation", limits, judgement);
-    judge_validation(*model.validation, facts, judgement);
+    judge_validation(model, facts, judgement);
   } else if (model.estimation) {
     judge_score(model.estimation->score, "estimation", limits, judgement);
     judgement.lower(Grade::usable);

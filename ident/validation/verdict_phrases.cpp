@@ -82,6 +82,19 @@ std::string interval_text(const ParameterEstimate& p) {
   return "unbounded";
 }
 
+bool is_level_out_of_sight(const Model& model, const ParameterEstimate& p) {
+  constexpr double kFar = 4000.0;  // of the output's standard deviation, some thousand times its range
+  if (p.role != ParameterRole::grey_box || !model.grey_box || !model.estimation) return false;
+  const auto& known = model.grey_box->kind->parameters;
+  const bool is_level = std::any_of(known.begin(), known.end(), [&](const GreyBoxParameter& one) {
+    return one.name == p.name && one.unit == GreyBoxUnit::output;
+  });
+  const Score& score = model.estimation->score;
+  const double left = 1.0 - 0.01 * score.r2_percent;
+  if (!is_level || !(left > 0.0)) return false;
+  return !std::isfinite(p.upper95) || std::abs(p.value) > kFar * std::sqrt(score.mse / left);
+}
+
 std::string frozen_in_record(const Model& model) {
   const auto frozen = model.provenance.find(kFrozenOfRecord);
   if (frozen == model.provenance.end()) return {};
@@ -90,6 +103,16 @@ std::string frozen_in_record(const Model& model) {
       "The sensor froze {}: the output kept one value to the last digit while the input moved, and no model follows "
       "that; {}.",
       frozen->second, cut == model.provenance.end() ? "record again" : "cut with " + cut->second);
+}
+
+std::string loop_in_record_of(const Model& model) {
+  const auto loop = model.provenance.find(kLoopOfRecord);
+  if (loop == model.provenance.end()) return {};
+  return fmt::format(
+      "A controller closes the loop: the input answers within its row to what moves the output beside it (correlation "
+      "{}), so that gains and time constants may be biased, and bends may show that the plant has not; record with the "
+      "loop open.",
+      loop->second);
 }
 
 std::string gaps_in_record(const Model& model) {

@@ -36,6 +36,10 @@ inline constexpr std::string_view kControllerIsAGuess =
 /// end open.
 [[nodiscard]] std::string interval_text(const ParameterEstimate& p);
 
+/// Whether a grey box's parameter in the output's unit, such as the level of a tank, has no upper bound or lies so far
+/// beyond the output's motion that the plant is linear for it.
+[[nodiscard]] bool is_level_out_of_sight(const Model& model, const ParameterEstimate& p);
+
 /// The provenance of a model that gives the cut of its record ("--to 29.99") in place of the model's own.
 inline constexpr const char* kCutOfRecord = "cut";
 
@@ -63,6 +67,12 @@ inline constexpr const char* kLongerPart = "longer_part";
 
 /// The provenance of a model whose record has rows that are too slow for its plant: what shows it, and what to do.
 inline constexpr const char* kSlowRows = "slow_rows";
+
+/// The provenance of a model of a record in closed loop: the correlation of loop_in_record().
+inline constexpr const char* kLoopOfRecord = "loop";
+
+/// That a controller closes the loop, and what to do; empty where none is seen.
+[[nodiscard]] std::string loop_in_record_of(const Model& model);
 
 /// That the sensor froze, and the command that cuts that off; empty where it did not.
 [[nodiscard]] std::string frozen_in_record(const Model& model);

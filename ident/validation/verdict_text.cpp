@@ -53,8 +53,8 @@ std::vector<std::string> Reasons::all() {
       about({Kind::residual_input});
       about({Kind::nonlinearity});
     }
-    about(
-        {Kind::residual_whiteness, Kind::future_input, Kind::predicted_error, Kind::input_levels, Kind::extrapolated});
+    about({Kind::future_input});
+    about({Kind::residual_whiteness, Kind::predicted_error, Kind::input_levels, Kind::extrapolated});
     note_low_r2();
     about({Kind::error_over_noise, Kind::far_error_over_noise});
   }
@@ -80,6 +80,7 @@ std::vector<std::string> Reasons::all() {
                       (model_.validation && model_.validation->jump);
   if (const std::string gaps = gaps_in_record(model_); is_off && !gaps.empty()) all.push_back(gaps);
   if (cause_ == ErrorCause::slow_rows) all.push_back(slow_rows());
+  if (is_in_loop()) all.push_back(loop_in_record_of(model_));
   const std::vector<std::string> causes = causes_in_record(model_);
   all.insert(all.end(), causes.begin(), causes.end());
   for (std::vector<std::string>* sentences : {&rejections_, &notes_}) {
@@ -273,6 +274,13 @@ std::string Reasons::failed(const Criterion& c) const {
             "The record does not determine {} by itself: others make up for any change of it, and its 95 % interval "
             "is {}; simulate with it, but take no single parameter of it, or record longer.",
             c.parameter, interval_text(*p));
+      }
+      if (is_level_out_of_sight(model_, *p)) {
+        return fmt::format(
+            "The record does not show {}: {:.3g}{} is more than 1000 times the range of the output, for which the "
+            "plant "
+            "is linear; use a transfer function (`eha fit` without --model).",
+            c.parameter, p->value, unit);
       }
       return fmt::format(
           "The record does not need {}: it may be 0, its 95 % interval is {}; use {}, or record "

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <optional>
+
+#include "ident/record.hpp"
+
+namespace eha::ident {
+
+/// Whether a controller makes the input of a record from its output: of row k both
+///   y(k) = sum_i a_i y(k - i) + b_i u(k - i) + v(k),   u(k) = sum_i c_i y(k - i) + d_i u(k - i) + w(k),  i = 1 .. 6
+/// are predicted from the rows before, and what moves the output beside them, v, is in the input's w of the same row at
+/// once, against the plant's gain. Needs no model of the plant, and no reference. A loop whose delay is a row or more,
+/// or whose noise is small beside the motion of its reference, is not seen here (see ResidualTests::future_input).
+/// A smooth input, which its own past predicts, is not judged: there v and w hold what is not linear or between rows.
+/// @returns the correlation of v and w where it is beyond -0.3 against a positive gain (0.3 against a negative one) and
+/// far beyond chance; none otherwise. Cost O(N); of long records the first 20 000 rows.
+/// Soderstrom, Stoica, System Identification (1989), ch. 10.
+[[nodiscard]] std::optional<double> loop_in_record(const Record& record);
+
+}  // namespace eha::ident

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/loop_in_record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "tests/unit/ident/synthetic_record.hpp"
+
+namespace eha::ident {
+namespace {
+
+using namespace synthetic;
+
+constexpr double kStep_s = 0.01;
+constexpr Eigen::Index kRows = 4000;
+
+/// A lag of gain 2 and 0.5 s, its output with noise. @param command  of row and reading
+Record record_of(
+    const std::function<double(Eigen::Index, double)>& command, double noise, std::mt19937_64& draw,
+    const std::function<double(double)>& valve = [](double u) { return u; }) {
+  Record record;
+  record.step_s = kStep_s;
+  record.input.resize(kRows);
+  record.output.resize(kRows);
+  const double left = std::exp(-kStep_s / 0.5);
+  double x = 0.0;
+  for (Eigen::Index k = 0; k < kRows; ++k) {
+    record.output[k] = x + noise * normal(draw);
+    record.input[k] = command(k, record.output[k]);
+    x = left * x + (1.0 - left) * 2.0 * valve(record.input[k]);
+  }
+  return record;
+}
+
+/// Levels at random, each held for `rows`.
+Eigen::VectorXd levels(Eigen::Index rows, std::mt19937_64& draw) {
+  Eigen::VectorXd u(kRows);
+  for (Eigen::Index k = 0; k < kRows; ++k) u[k] = k % rows == 0 ? 2.0 * uniform(draw) - 1.0 : u[k - 1];
+  return u;
+}
+
+TEST(LoopInRecord, IsSeenWhereTheNoiseGoesRoundIt) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::mt19937_64 draw(seed);
+    const Eigen::VectorXd reference = levels(100, draw);
+    const auto loop = [&](double gain) {
+      return [&reference, gain](Eigen::Index k, double y) { return gain * (reference[k] - y); };
+    };
+    for (const double gain : {2.0, 4.0}) {
+      const auto found = loop_in_record(record_of(loop(gain), 0.1, draw));
+      ASSERT_TRUE(found.has_value()) << seed;
+      EXPECT_LT(*found, -0.5);
+    }
+  }
+}
+
+TEST(LoopInRecord, IsNotSeenInOpenLoop) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    std::mt19937_64 draw(seed);
+    const auto sine = [](Eigen::Index k) { return std::sin(2.0 * std::numbers::pi * static_cast<double>(k) / 157.0); };
+    const auto dead_band = [](double u) { return std::abs(u) < 0.3 ? 0.0 : u - std::copysign(0.3, u); };
+    const auto limited = [](double u) { return std::clamp(u, -0.4, 0.4); };
+    for (const Eigen::Index rows : {Eigen::Index{1}, Eigen::Index{10}, Eigen::Index{100}}) {
+      const Eigen::VectorXd u = levels(rows, draw);
+      const auto played = [&](Eigen::Index k, double) { return u[k]; };
+      EXPECT_FALSE(loop_in_record(record_of(played, 0.1, draw)).has_value()) << seed;
+      EXPECT_FALSE(loop_in_record(record_of(played, 0.001, draw, dead_band)).has_value()) << seed;
+      EXPECT_FALSE(loop_in_record(record_of(played, 0.0, draw, limited)).has_value()) << seed;
+    }
+    const auto smooth = [&](Eigen::Index k, double) { return sine(k) + 0.5 * sine(3 * k + 40); };
+    EXPECT_FALSE(loop_in_record(record_of(smooth, 0.001, draw, dead_band)).has_value()) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace eha::ident
