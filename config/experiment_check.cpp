@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "config/characterisation.hpp"
+#include "config/measured_check.hpp"
 #include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/valve_estimate.hpp"
@@ -241,11 +242,17 @@ class ConflictSearch {
       return fmt::format("null {:.3g} V, half dead band {:.3g} V, gains {:.3g} and {:.3g} {}/(V s)", null_V,
                          dead_band_V, factor * positive, factor * negative, unit.of("in"));
     };
+    const char* remedy =
+        is_as_measured(rig_)
+            ? "this valve was measured, so the controller's model is of another one: play its experiment again (`eha "
+              "run EXPERIMENT`), then `eha tune NEWRUN`"
+            : "measure it with `eha characterise`; if it is right, play the experiment of the controller's model again "
+              "(`eha run EXPERIMENT`), then `eha tune NEWRUN`";
     add("track.controller",
         fmt::format(
-            "about the valve of [following] in {}: {}; measure it with `eha characterise`, then `eha tune`",
-            rig_.file_name,
-            numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s)),
+            "about the valve of [following] in {}: {}; {}", rig_.file_name,
+            numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s),
+            remedy),
         numbers(inverse.null, inverse.dead_band, inverse.gain_positive, inverse.gain_negative));
   }
 

@@ -78,7 +78,10 @@ const suggest::RigAccess& Console::rig() const {
 }
 
 std::string Console::with_commands(std::string_view text) const {
-  return text.find("`eha ") == std::string_view::npos ? std::string(text) : suggest::completed(text, rig());
+  // A program that asks for another one, as ehad does, knows the rig and completes them itself.
+  const bool is_for_program = options_.json && options_.quiet;
+  if (is_for_program || text.find("`eha ") == std::string_view::npos) return std::string(text);
+  return suggest::completed(text, rig());
 }
 
 void Console::error(std::string_view text) const {

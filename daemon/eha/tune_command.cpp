@@ -11,6 +11,7 @@
 #include "config/file_kind.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/track_text.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
@@ -35,6 +36,7 @@
 #include "daemon/rig/calibration.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/expected_trip.hpp"
+#include "daemon/tune/following_agreement.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -155,6 +157,43 @@ fs::path rig_path(const TuneCommand& command, const ident::Model& model, const C
   }
 }
 
+/// Says that the rig file in force has another valve, or another simulated plant, than when the model's run was played.
+/// Empty: not known to.
+std::string changed_since_run(const TuneCommand& command, const ident::Model& model) {
+  const std::optional<fs::path> run = run_of(command, model);
+  const std::optional<std::string> file = !run || command.rig_file ? command.rig_file : rig_file_of(*run);
+  if (!run || !file) return {};
+  try {
+    const config::RigConfig before = rig_of(*run);
+    const config::RigConfig now = config::load_rig(*file);
+    if (before.name != now.name || before.backend.index() != now.backend.index()) return {};
+    const auto zone_of = [](const config::Following& following) {
+      const config::ValveEstimate valve = config::valve_estimate(following);
+      return config::DeadZone{valve.null_V, valve.dead_band_V};
+    };
+    const auto& following = now.limits.following;
+    const bool is_other_valve = following && before.limits.following && !command.sheet_run &&
+                                !config::is_of_one_valve(zone_of(*before.limits.following), zone_of(*following)) &&
+                                (!model.input_map || tune::agreement_of(*following, tune::found_map(model)) ==
+                                                         tune::FollowingAgreement::other_valve);
+    std::string what;
+    if (is_other_valve) {
+      what = fmt::format("[following] of {} is of another valve now (null {:.3f} V, half dead band {:.3f} V)", *file,
+                         zone_of(*following).null_V, zone_of(*following).dead_band_V);
+    } else if (!command.rig_file && !is_one_rig(before, now)) {
+      what = fmt::format("{} has other numbers in [sim] now", *file);
+    } else {
+      return {};
+    }
+    return fmt::format(
+        "{} than when {} was played: model and promise are of the rig as it was then. Play the experiment again (`eha "
+        "run EXPERIMENT`), then `eha tune NEWRUN`.",
+        what, run->string());
+  } catch (const Error&) {  // said elsewhere, or the file is gone
+    return {};
+  }
+}
+
 tune::TuneChoices choices_of(const TuneCommand& command, const config::RigConfig& rig) {
   tune::TuneChoices choices{.purpose = command.purpose,
                             .kind = command.kind,
@@ -249,12 +288,14 @@ bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& 
 std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
                                     const config::ControllerConfig& controller, const suggest::RigAccess& access,
                                     const std::optional<tune::ExpectedTrip>& trip,
-                                    const std::optional<std::string>& valve_first, const fs::path& page) {
+                                    const std::optional<std::string>& valve_first, bool is_of_before,
+                                    const fs::path& page) {
   const std::string show = "xdg-open " + shell_word(page.string());
   if (hal::moves_machine(rig.backend)) return {show};
   const std::string on_rig = suggest::track(access, command.output.string());
   const bool is_to_repair = trip && (trip->is_of_leak || command.sheet_run || leak_of(command, model));
   if (is_to_repair) return {show};
+  if (is_of_before) return {suggest::run(access, {"EXPERIMENT.toml"}), show};
   if (trip) return {suggest::characterise(access), show};
   const bool is_own = why_not_of(command, model, rig).empty();
   if (valve_first && is_own && !command.twin_file) return {*valve_first, show};
@@ -345,7 +386,9 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   }
   const auto sheet = command.sheet_run ? valve_of_sheet(*command.sheet_run, console.rig()) : std::nullopt;
   std::optional<std::string> valve_first;  // where the valve is not that of [following], with which no trial is played
-  if ((sheet || model.input_map) && !leak_of(command, model)) {  // a leak is said below, with what comes first
+  const std::string changed = changed_since_run(command, model);
+  if (changed.empty() && (sheet || model.input_map) &&
+      !leak_of(command, model)) {  // a leak is said below, with what comes first
     const bool is_another = warn_if_following_differs(
         rig, sheet ? *sheet : valve_of_model(model, command.model_file, std::nullopt, console.rig()), console);
     if (is_another) valve_first = sheet ? sheet->remedy : suggest::characterise(console.rig());
@@ -358,6 +401,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     inputs.task.unit = console.unit(rig.units);
     if (command.twin_file) inputs.twin = *command.twin_file;
     plant = plant_sentences(command, model, rig, inputs, rig_file);
+    if (!changed.empty()) plant.insert(plant.begin(), changed);
     if (const auto leak = leak_of(command, model)) {
       plant.insert(plant.begin(), ident::leak_finding(*leak, inputs.task.unit) + " The promise may not be kept.");
     }
@@ -463,7 +507,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       shell_word(command.output.stem().string() + "_control.st"));
   console.print(text);
   for (const std::string& step :
-       next_steps(command, model, rig, controller, console.rig(), trip, valve_first, page_file))
+       next_steps(command, model, rig, controller, console.rig(), trip, valve_first, !changed.empty(), page_file))
     console.next_step(step);
   return ExitCode::ok;
 }
