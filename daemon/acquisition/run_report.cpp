@@ -53,7 +53,8 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
       factor * moved_in, factor * due_in, length);
 }
 
-std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
+std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
+  const FaultReport& report = run.fault;
   const double value = report.value;
   const double limit = report.limit;
   const std::string length = unit.of("in");
@@ -167,15 +168,21 @@ std::string describe_fault(const FaultReport& report, const DisplayUnit& unit) {
     case Fault::wrong_speed:
       return fmt::format(
           "for 0.5 s the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
-          "sensor, its wire and its calibration, then [following] in the rig file{4}",
+          "sensor, its wire and its calibration{4}",
           shown_value, value < limit ? "at least" : "at most", shown_limit, length,
-          value < limit ? "; a leak of cylinder or valve, or a load, slows it as well: `eha characterise` shows a leak"
-                        : "");
+          value < limit ? ", the supply pressure, then [following] in the rig file; a leak of cylinder or valve, or a "
+                          "load, slows it as well (the valve sheet shows a leak)"
+                        : ", then [following] in the rig file");
     case Fault::following_error:
       return fmt::format(
-          "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; likely, in this "
-          "order: the valve has changed (`eha characterise`, then `eha tune`), the load, the sensor",
-          shown_value, shown_limit, length);
+          "the rod was {0:.4g} {2} from its reference, the controller's file allows {1:.4g} {2}; {3}", shown_value,
+          shown_limit, length,
+          report.at_ns - run.experiment_ns < kBegun_ns
+              ? fmt::format("no valve moves a rod so far in so short a time, the sensor is wrong, {}; look at its "
+                            "supply, cable, shield and earth (`eha read` shows its noise)",
+                            kReadingJumps)
+              : "likely, in this order: the supply pressure or the valve has changed (`eha characterise`, then `eha "
+                "tune`), the load, the sensor");
     case Fault::oscillation:
       return fmt::format(
           "the command swung {:.0f} times in a second, {:.0f} are allowed by the controller's file; likely, in this "
@@ -262,7 +269,7 @@ std::string describe(const RunReport& report, const DisplayUnit& unit) {
   std::string text;
   if (report.fault.fault != Fault::none) {
     text = fmt::format("{} at {:.3f} s: {}", to_text(report.fault.fault), record_s(report, report.fault.at_ns),
-                       describe_fault(report.fault, unit));
+                       describe_fault(report, unit));
   } else if (report.outcome == Outcome::interrupted) {
     text = "interrupted by a stop request; the command was ramped out";
   } else if (report.outcome == Outcome::write_failed) {

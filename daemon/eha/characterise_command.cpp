@@ -176,6 +176,9 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
   const std::string show = report_of_run(run.folder, "eha runs show " + shell_word(run.folder.string()));
   if (ident::leak_of(run.sheet)) {  // to be repaired before these numbers are used
     console.next_step(show);
+  } else if (sheet::supply_factor(run)) {
+    console.info(sheet::next_of(run, console.rig()));
+    console.next_step(show);
   } else if (run.written) {
     console.next_step(run.written->command);
   } else if (sheet::is_in_rig_file(run)) {

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/json_text.hpp"
@@ -22,6 +23,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/valve/supply.hpp"
 
 namespace eha::cli {
 
@@ -60,7 +62,10 @@ std::optional<FoundValve> valve_of_sheet(const fs::path& run, const suggest::Rig
   const auto null_V = value("null_V");
   const auto dead_band_V = value("dead_band_V");
   if (!null_V || !dead_band_V) return std::nullopt;
+  const auto positive = value("gain_positive_in_per_V_s");
+  const auto negative = value("gain_negative_in_per_V_s");
   return FoundValve{.map = {.zone = {*null_V, std::max(0.0, *dead_band_V)}},
+                    .gains = positive && negative ? std::optional(std::pair(*positive, *negative)) : std::nullopt,
                     .source = fmt::format("the valve sheet of {}", run.string()),
                     .remedy = suggest::sheet_into_rig_file(rig, run.string())};
 }
@@ -84,6 +89,36 @@ void say_map_note(const ident::Model& model, const fs::path& run, const Console&
   }
 }
 
+namespace {
+
+/// Null and dead band of [following] agree with the found valve. @returns whether its numbers are for the rig file
+bool warn_if_gains_differ(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
+  constexpr double kSameGain = 1.2;
+  if (!found.gains) return false;
+  const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
+  const double positive = found.gains->first / known.gain_positive_in_per_V_s;
+  const double negative = found.gains->second / known.gain_negative_in_per_V_s;
+  const auto differs = [](double ratio) { return std::max(ratio, 1.0 / ratio) > kSameGain; };
+  if (!differs(positive) && !differs(negative)) return false;
+  const DisplayUnit unit = console.unit(rig.units);
+  const double factor = unit.factor("in");
+  const std::string what =
+      fmt::format("[following] of {} is for gains of {:.3g} and {:.3g} {}/(V s); after {} they are {:.3g} and {:.3g}",
+                  rig.file_name, factor * known.gain_positive_in_per_V_s, factor * known.gain_negative_in_per_V_s,
+                  unit.of("in"), found.source, factor * found.gains->first, factor * found.gains->second);
+  const bool is_alike = ident::common_gain_factor(positive, negative).has_value();
+  if (is_alike && config::is_as_measured(rig)) {  // its numbers would make a weak supply the usual one
+    console.warning(fmt::format("{}: {}", what, ident::kSupplyFirst));
+    return false;
+  }
+  console.warning(fmt::format("{}{}; `{}` writes the rig file with measured numbers", what,
+                              is_alike ? fmt::format(". If the file's were right once, {}", ident::kSupplyFirst) : "",
+                              found.remedy));
+  return true;
+}
+
+}  // namespace
+
 bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console) {
   if (!rig.limits.following) {
     if (!found.note.empty()) console.warning(fmt::format("of {}: {}", found.source, found.note));
@@ -91,6 +126,7 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
   }
   const config::ValveEstimate known = config::valve_estimate(*rig.limits.following);
   const tune::FollowingAgreement agreement = tune::agreement_of(*rig.limits.following, found.map);
+  if (agreement == tune::FollowingAgreement::one_valve && warn_if_gains_differ(rig, found, console)) return true;
   if (agreement == tune::FollowingAgreement::one_valve) return false;        // whatever the map may be off
   if (agreement == tune::FollowingAgreement::within_interval) return false;  // the record knows less than the file
   if (agreement == tune::FollowingAgreement::within_map_error) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
@@ -17,9 +18,10 @@ namespace eha::cli {
 /// A valve as measured or fitted.
 struct FoundValve {
   tune::FoundMap map = {};
-  std::string source = {};  ///< "the valve sheet of RUN"
-  std::string remedy = {};  ///< command that brings the rig file up to date
-  std::string note = {};    ///< ident::map_note() of a model
+  std::optional<std::pair<double, double>> gains = {};  ///< extending and retracting, of a sheet [in/(V s)]
+  std::string source = {};                              ///< "the valve sheet of RUN"
+  std::string remedy = {};                              ///< command that brings the rig file up to date
+  std::string note = {};                                ///< ident::map_note() of a model
 };
 
 /// Returns the valve of a run's sheet, with the command that writes its numbers into a rig file.
@@ -35,8 +37,8 @@ struct FoundValve {
 [[nodiscard]] FoundValve valve_of_model(const ident::Model& model, const std::string& name,
                                         const std::optional<FoundValve>& sheet, const suggest::RigAccess& rig);
 
-/// Warns if null or dead band of [following] in a rig file are not those of a found valve. Says it where the error of
-/// the model's map alone makes the difference, and where that error is worth knowing beside values that agree.
+/// Warns if null, dead band or a gain of [following] in a rig file are not those of a found valve. Says it where the
+/// error of the model's map alone makes the difference, and where that error is worth knowing beside values that agree.
 /// @returns whether it warned of another valve
 bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& found, const Console& console);
 

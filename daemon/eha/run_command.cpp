@@ -260,11 +260,10 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
                       {"outcome", acquisition::to_text(run.report.outcome)},
                       {"exit_code", static_cast<int>(code)}});
   const auto remedy = code == ExitCode::safety_trip ? warn_of_unused_sheet(run.folder, console) : std::nullopt;
-  if (remedy) console.next_step(*remedy);
   if (experiment.tracking() != nullptr) {
-    explain_ended_trial(run.folder, rig.units, TrackFiles::write, console);
+    explain_ended_trial(run.folder, rig.units, TrackFiles::write, console, remedy);
   } else if (remedy) {
-    return code;
+    console.next_step(*remedy);
   } else if (run.only_placed && code == ExitCode::safety_trip) {
     console.next_step(
         next_after_trip(acquisition::describe(run.report, unit), hal::moves_machine(rig.backend), console.rig()));

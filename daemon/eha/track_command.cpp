@@ -13,6 +13,7 @@
 #include "config/track_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
@@ -173,7 +174,7 @@ bool shows_its_cause(const std::filesystem::path& folder) {
 }
 
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
-                         const Console& console) {
+                         const Console& console, const std::optional<std::string>& remedy) {
   try {
     const record::OpenRun run(folder);
     const record::Manifest manifest = record::read_manifest(run.files());
@@ -192,12 +193,21 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
       track::write_ended_track(run);
       for (const std::string& missing : report::write_into_run(run, unit)) console.warning(missing);
     }
-    console.next_step(report_of_run(folder, "eha plot " + shell_word(folder.string())));
+    const std::string page = report_of_run(folder, "eha plot " + shell_word(folder.string()));
     const bool is_of_valve = manifest.report && is_of_following(fault_name(manifest.report->description));
-    if (is_broken && !trial.played.leak && is_of_valve && console.rig().is_fast) {
-      console.next_step(suggest::characterise(console.rig()));
-    } else if (!is_broken && !console.rig().controller.empty()) {
-      console.next_step(suggest::track(console.rig(), console.rig().controller));
+    if (!is_broken) {
+      console.next_step(page);
+      if (!console.rig().controller.empty()) {
+        console.next_step(suggest::track(console.rig(), console.rig().controller));
+      }
+    } else if (trial.cause.find(track::kJumps) != std::string::npos) {
+      console.next_step(suggest::read(console.rig()));
+    } else if (!trial.cause.empty() || trial.played.leak) {
+      console.next_step(page);
+    } else if (remedy) {
+      console.next_step(*remedy);
+    } else {
+      console.next_step(is_of_valve && console.rig().is_fast ? suggest::characterise(console.rig()) : page);
     }
   } catch (const Error& error) {  // nothing was recorded
     console.debug(error.what());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/error.hpp"
@@ -38,8 +39,9 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles files, const Console&
 [[nodiscard]] bool shows_its_cause(const std::filesystem::path& folder);
 
 /// Reports a trial that ended early: by a fault, so that the promise is not kept, or because it was stopped. Prints the
-/// valve that the rod's motion shows until a fault, writes it to track.json, and leads on.
+/// valve that the rod's motion shows until a fault, writes it to track.json, and leads on with one command.
+/// @param remedy  of a [following] that is not of the newest valve sheet; none: it is
 void explain_ended_trial(const std::filesystem::path& folder, const std::string& rig_units, TrackFiles files,
-                         const Console& console);
+                         const Console& console, const std::optional<std::string>& remedy = {});
 
 }  // namespace eha::cli

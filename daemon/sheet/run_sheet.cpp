@@ -14,6 +14,7 @@
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "ident/valve/supply.hpp"
 
 namespace eha::sheet {
 
@@ -125,6 +126,14 @@ bool is_in_rig_file(const RunSheet& run) {
   return is_within(run.sheet.null_V, there.null_V) && is_within(run.sheet.dead_band_V, there.dead_band_V) &&
          is_within(run.sheet.gain_positive_in_per_V_s, there.gain_positive_in_per_V_s) &&
          is_within(run.sheet.gain_negative_in_per_V_s, there.gain_negative_in_per_V_s);
+}
+
+std::optional<double> supply_factor(const RunSheet& run) {
+  const auto& following = run.rig.limits.following;
+  if (!following || !following->gain_uncertainty_percent) return std::nullopt;  // an estimate
+  const config::ValveEstimate there = config::valve_estimate(*following);
+  return ident::common_gain_factor(run.sheet.gain_positive_in_per_V_s.value / there.gain_positive_in_per_V_s,
+                                   run.sheet.gain_negative_in_per_V_s.value / there.gain_negative_in_per_V_s);
 }
 
 }  // namespace eha::sheet

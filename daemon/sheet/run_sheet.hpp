@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,10 @@ struct SheetRow {
 
 /// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
 [[nodiscard]] bool is_in_rig_file(const RunSheet& run);
+
+/// The factor of both gains over those of a measured [following] of the rig file, as used, where they changed alike:
+/// the supply is to be looked at before these numbers are used.
+[[nodiscard]] std::optional<double> supply_factor(const RunSheet& run);
 
 /// What the rig file says of this valve from now on: [following] with its uncertainties. Limit and pressure delay are
 /// those of the rig file, where it has them.

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "config/valve_estimate.hpp"
+#include "core/capitalised.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "ident/valve/supply.hpp"
 
 namespace eha::sheet {
 namespace {
@@ -122,6 +124,13 @@ std::string next_of(const RunSheet& run, const suggest::RigAccess& rig) {
                        run.written ? fmt::format("{} is the rig file with these numbers. ", run.written->file) : "",
                        ident::kRepairFirst);
   }
+  if (supply_factor(run)) {
+    return fmt::format("{}{}. If the pressure is as it should be, {}.",
+                       run.written ? fmt::format("{} is the rig file with these numbers. ", run.written->file) : "",
+                       capitalised(ident::kSupplyFirst),
+                       run.written ? fmt::format("`eha check {}` leads on", shell_word(run.written->file))
+                                   : "they are for the rig file");
+  }
   if (run.written) {
     return fmt::format("Next: `{}` checks {}, the rig file with these numbers.", on_one_line(run.written->command),
                        run.written->file);
@@ -140,6 +149,9 @@ std::string next_of(const RunSheet& run, const suggest::RigAccess& rig) {
 std::string warning_of(const RunSheet& run, const DisplayUnit& unit) {
   const std::optional<ident::Leak> leak = ident::leak_of(run.sheet);
   std::string text = leak ? fmt::format("{}; {}", ident::leak_text(*leak, unit), ident::kRepairFirst) : std::string();
+  if (const auto factor = supply_factor(run); factor && !leak) {
+    text = fmt::format("both gains are {:.2f} times those of [following]: {}", *factor, ident::kSupplyFirst);
+  }
   if (!(run.sheet.null_V.half_width > kWantedNull_V)) return text;
   return fmt::format(
       "{}{}the null is known to +-{:.3f} V only, the following check needs {:g} V: with so much leakage or noise the "

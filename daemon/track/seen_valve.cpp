@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <array>
@@ -17,6 +18,8 @@ constexpr double kSpeed_s = 0.1;  // rows over which speeds are differences
 constexpr double kMoving_in_per_s = 0.03;
 constexpr Eigen::Index kFewestRowsAWay = 5;  // in motion
 constexpr double kChangeShare = 0.07;        // of a gain
+constexpr double kLeastStd_V = 1e-3;
+constexpr double kMinor = 1.0 / 3.0;  // of the greater change
 
 }  // namespace
 
@@ -60,14 +63,19 @@ SeenValve seen_valve(const std::vector<double>& command_V, const std::vector<dou
   const auto both_ways = std::min((a.col(2).array() > 0.0).count(), (a.col(3).array() < 0.0).count());
   if (both_ways < kFewestRowsAWay) return {};
   const Eigen::VectorXd x = a.colPivHouseholderQr().solve(u);
-  return {x[0], x[1], 1.0 / x[2], 1.0 / x[3]};
+  const double rest = (u - a * x).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, a.rows() - a.cols()));
+  const Eigen::MatrixXd covariance = rest * (a.transpose() * a).inverse();
+  return {x[0], x[1], 1.0 / x[2], 1.0 / x[3], std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1))};
 }
 
 std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map, const DisplayUnit& unit) {
   std::vector<std::string> changes;
-  const auto volts = [&](const char* name, double was, double is) {
-    if (std::abs(is - was) > config::kSameValve_V)
-      changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", name, is, was));
+  struct Volts {
+    const char* name;
+    double was;
+    double is;
+    double std;
+    [[nodiscard]] double far() const { return std::abs(is - was) / std::max(std, kLeastStd_V); }
   };
   const auto gain = [&](const char* name, double was, double is) {
     if (std::abs(is / was - 1.0) > kChangeShare) {
@@ -77,8 +85,13 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
     }
   };
   if (!(seen.gain_positive_in_per_V_s > 0.0 && seen.gain_negative_in_per_V_s > 0.0)) return changes;
-  volts("null", map.null, seen.null_V);
-  volts("half dead band", map.dead_band, seen.dead_band_V);
+  std::array<Volts, 2> both{Volts{"null", map.null, seen.null_V, seen.null_std_V},
+                            Volts{"half dead band", map.dead_band, seen.dead_band_V, seen.dead_band_std_V}};
+  if (both[1].far() > both[0].far()) std::swap(both[0], both[1]);
+  for (const Volts& one : both) {
+    if (std::abs(one.is - one.was) <= config::kSameValve_V || one.far() < kMinor * both[0].far()) continue;
+    changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", one.name, one.is, one.was));
+  }
   gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s);
   gain("gain retracting", map.gain_negative, seen.gain_negative_in_per_V_s);
   return changes;

@@ -110,6 +110,9 @@ void write_track(const TrackResult& result);
 /// Writes track.csv alone.
 void write_track_rows(const TrackResult& result);
 
+/// Of EndedTrial::cause: the sensor.
+inline constexpr std::string_view kJumps = "reading jumps";
+
 /// What a trial that a fault ended showed of its cause.
 struct EndedTrial {
   TrackResult played;
@@ -117,7 +120,13 @@ struct EndedTrial {
   /// Of a missing motion: the rod stood at a resting reference under volts beyond the dead band of [following], after
   /// it had followed, so that valve, sensor and hydraulics are sound; empty otherwise.
   std::string stood = {};
-  [[nodiscard]] bool is_cause_known() const { return !stood.empty() || (played.leak && !changes.empty()); }
+  /// What the record and the newest valve sheet beside it show of another cause, with what to do: readings that jump, a
+  /// valve that agrees with [following] and is slower than the controller's plant, or both gains changed alike; empty
+  /// otherwise.
+  std::string cause = {};
+  [[nodiscard]] bool is_cause_known() const {
+    return !cause.empty() || !stood.empty() || (played.leak && !changes.empty());
+  }
 };
 
 /// @throws DataError, IoError, PermissionError  as played_track()

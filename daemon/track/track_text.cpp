@@ -8,6 +8,7 @@
 #include "config/bound_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/track/track_result.hpp"
+#include "ident/valve/supply.hpp"
 
 namespace eha::track {
 namespace {
@@ -59,6 +60,11 @@ std::string advice_of(const TrackResult& result, const DisplayUnit& unit) {
   const bool has_changed = !changes_of(result, unit).empty();
   if (result.is_kept() && !has_changed) return {};
   if (result.leak) return ident::leak_finding(*result.leak, unit);
+  const ident::InverseMap& map = result.controller.settings.inverse;
+  if (const auto factor = ident::common_gain_factor(result.valve.gain_positive_in_per_V_s / map.gain_positive,
+                                                    result.valve.gain_negative_in_per_V_s / map.gain_negative)) {
+    return fmt::format("Both gains are {:.2f} times the controller's: {}.", *factor, ident::kSupplyFirst);
+  }
   if (result.is_kept()) return kChangedAndKept;
   return fmt::format("Valve, load or sensor differ from what the controller was made for: {}.", ident::kMeasureFirst);
 }

@@ -50,6 +50,18 @@ TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
   EXPECT_FALSE(holds(text, "other way")) << text;
 }
 
+TEST(FaultText, BlamesTheSensorForAnErrorThatNoValveMakesInTheTime) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.experiment_ns = 1'000'000'000;
+  report.fault = {.fault = Fault::following_error, .at_ns = 1'003'000'000, .value = 0.033, .limit = 0.014};
+  EXPECT_TRUE(holds(describe(report, DisplayUnit()), kReadingJumps.data())) << describe(report, DisplayUnit());
+  EXPECT_FALSE(holds(describe(report, DisplayUnit()), "eha characterise")) << describe(report, DisplayUnit());
+  report.fault.at_ns = 2'400'000'000;
+  EXPECT_TRUE(holds(describe(report, DisplayUnit()), "the supply pressure or the valve has changed"));
+}
+
 TEST(FaultText, BlamesNoTableForAReadingThatScattersAboutItsPlace) {
   RunReport report;
   report.outcome = Outcome::faulted;

@@ -8,6 +8,7 @@
 #include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "ident/valve/supply.hpp"
 
 namespace eha::sheet {
 namespace {
@@ -132,6 +133,22 @@ TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
   EXPECT_LT(box, html.find("Warning: ")) << "a warning stands in its box";
   EXPECT_NE(html.find("Next: repair the leak first"), std::string::npos);
   EXPECT_EQ(html.find("-o rig-new.toml</code> writes them"), std::string::npos);
+}
+
+TEST(ValveSheetPage, AsksForTheSupplyFirstWhereBothGainsHaveChangedAlike) {
+  RunSheet run = example();
+  run.rig.limits.following = following_of(run);
+  run.written = WrittenRig{"rig-new.toml", "eha check rig-new.toml && eha disarm && cp rig-new.toml rig.toml"};
+  run.sheet.gain_positive_in_per_V_s.value *= 0.57;
+  run.sheet.gain_negative_in_per_V_s.value *= 0.56;
+  ASSERT_TRUE(supply_factor(run));
+  EXPECT_NE(warning_of(run, DisplayUnit()).find(ident::kSupplyFirst), std::string::npos);
+  EXPECT_EQ(next_of(run, {}).find("eha disarm"), std::string::npos) << next_of(run, {});
+  run.sheet.gain_negative_in_per_V_s.value /= 0.56;
+  EXPECT_FALSE(supply_factor(run)) << "one gain alone is the valve's";
+  run.sheet.gain_negative_in_per_V_s.value *= 0.56;
+  run.rig.limits.following->gain_uncertainty_percent.reset();
+  EXPECT_FALSE(supply_factor(run)) << "of an estimate";
 }
 
 TEST(ValveSheetPage, BeginsWithItsQuantitiesAsATable) {

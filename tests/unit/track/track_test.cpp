@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "config/measured_check.hpp"
 #include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -21,6 +24,7 @@
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/tune_inputs.hpp"
 #include "hal/sim/sim_rig.hpp"
+#include "ident/valve/supply.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::track {
@@ -166,6 +170,46 @@ TEST_F(Track, NamesGainsThatHaveFallen) {
     EXPECT_TRUE(change.starts_with("gain")) << change;
     EXPECT_NE(change.find("mm/(V s)"), std::string::npos) << "in the unit that is asked for: " << change;
   }
+  const std::string advice = advice_of(result, DisplayUnit("mm"));
+  EXPECT_NE(advice.find(ident::kSupplyFirst), std::string::npos) << advice;
+}
+
+TEST_F(Track, NamesASlowerValveWhereTheNewestSheetAgreesInAllElse) {
+  sim().valve_natural_frequency_Hz = 3.0;
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::faulted);
+  EXPECT_FALSE(ended_trial(record::OpenRun(run.folder), {}).is_cause_known()) << "without a sheet";
+  const config::ValveEstimate valve = config::valve_estimate(*rig_.limits.following);
+  const auto write_sheet = [&](double lag_s, double null_V) {
+    std::ofstream(run.folder / record::kSheetFile)
+        << nlohmann::json{{"null_V", {{"value", null_V}}},
+                          {"dead_band_V", {{"value", valve.dead_band_V}}},
+                          {"gain_positive_in_per_V_s", {{"value", valve.gain_positive_in_per_V_s}}},
+                          {"gain_negative_in_per_V_s", {{"value", valve.gain_negative_in_per_V_s}}},
+                          {"lag_s", lag_s}};
+  };
+  write_sheet(0.084, valve.null_V);
+  const EndedTrial slower = ended_trial(record::OpenRun(run.folder), {});
+  EXPECT_NE(slower.cause.find("slower than the controller's model"), std::string::npos) << slower.cause;
+  write_sheet(0.0065, valve.null_V);
+  EXPECT_EQ(ended_trial(record::OpenRun(run.folder), {}).cause, "") << "as fast as the model";
+  write_sheet(0.084, valve.null_V + 0.4);
+  EXPECT_EQ(ended_trial(record::OpenRun(run.folder), {}).cause, "") << "[following] comes first";
+}
+
+TEST_F(Track, NamesASensorWhoseReadingJumps) {
+  sim().sensor_noise_V = 0.02;
+  const play::FinishedRun run = played(text_);
+  ASSERT_EQ(run.report.outcome, Outcome::faulted);
+  const EndedTrial trial = ended_trial(record::OpenRun(run.folder), {});
+  EXPECT_NE(trial.cause.find(kJumps), std::string::npos) << acquisition::describe(run.report);
+}
+
+TEST(SeenValve, LeavesOutTheLesserOfTwoChangesThatLittleMotionGives) {
+  const ident::InverseMap map{.null = -0.2, .dead_band = 0.151, .gain_positive = 0.148, .gain_negative = 0.131};
+  const SeenValve seen{-0.139, 0.302, 0.148, 0.131, 0.02, 0.01};
+  EXPECT_EQ(changes_of(seen, map, {}), std::vector<std::string>{"half dead band 0.302 V instead of 0.151 V"});
+  EXPECT_EQ(changes_of({-0.6, 0.302, 0.148, 0.131, 0.02, 0.01}, map, {}).size(), 2U) << "both are clear";
 }
 
 TEST_F(Track, StopsALoopThatOscillates) {
@@ -252,6 +296,13 @@ TEST_F(Track, IsRefusedForAnotherValveThanThatOfFollowing) {
     EXPECT_NE(refusal(with(key, value)).find("about the valve of [following]"), std::string::npos)
         << key << refusal(with(key, value));
   }
+  const std::string other = with("null_V", "-0.32");
+  EXPECT_NE(refusal(other).find("measure it with `eha characterise`"), std::string::npos) << refusal(other);
+  config::Following& following = *rig_.limits.following;
+  following.measured_rig_check = config::measured_rig_check_of(rig_.backend);
+  following.measured_check = config::measured_check_of(following);
+  EXPECT_EQ(refusal(other).find("eha characterise"), std::string::npos) << "it was measured: " << refusal(other);
+  EXPECT_NE(refusal(other).find("then `eha tune NEWRUN`"), std::string::npos) << refusal(other);
 }
 
 TEST_F(Track, IsRefusedBeyondTheVoltsOfAClosedLoop) {
