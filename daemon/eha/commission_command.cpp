@@ -31,6 +31,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "hal/backends/backend.hpp"
 #include "ident/validation/verdict.hpp"
@@ -435,7 +436,9 @@ class Commissioning {
                                     : std::string("the axis keeps the controller's promise: the trial measured it") +
                                           (is_model_judged() ? "" : ", which the short record alone could not");
     const ExitCode code = is_kept ? ExitCode::ok : ExitCode::model_rejected;
-    console_.print(fmt::format("\n{}: {}. Report of the whole: {}", rig_.name, verdict, page.string()));
+    const auto leak = record::leak_in(state_.result("sheet").at("run").get<std::string>());
+    console_.print(fmt::format("\n{}: {}{}. Report of the whole: {}", rig_.name, verdict,
+                               leak ? ", and the rig leaks" : "", page.string()));
     const fs::path before = state_.result("rig file").value("before", "");
     std::error_code ignored;
     if (fs::exists(before, ignored)) {
@@ -449,6 +452,12 @@ class Commissioning {
                          {"report", page.string()},
                          {"exit_code", static_cast<int>(code)}});
     console_.next_step("xdg-open " + shell_word(page.string()));
+    if (leak) {
+      console_.warning(
+          fmt::format("the rig leaks: {}. Repair that first, then commission it anew, into another folder:",
+                      ident::leak_text(*leak, console_.unit(rig_.units))));
+      console_.next_step(again(elsewhere(command_)));
+    }
     return code;
   }
 

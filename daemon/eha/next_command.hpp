@@ -23,7 +23,8 @@ struct RunCommand;
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
 [[nodiscard]] std::string through(const std::filesystem::path& socket, std::string command);
 
-/// The commands that put a new rig file, once it is checked, in the place of a service's and have it read.
+/// The commands that put a new rig file, once it is checked, in the place of a service's, have it read and arm the rig;
+/// with sudo where this user cannot write that file.
 [[nodiscard]] std::string put_in_force(const std::filesystem::path& made, const std::filesystem::path& of_service,
                                        const std::filesystem::path& socket);
 

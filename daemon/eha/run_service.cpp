@@ -76,13 +76,12 @@ record::Purpose purpose_of(const std::string& folder, const Console& console) {
 /// Whether the following runs may start: this one completed, with or without an accepted model.
 bool has_completed(const Json& entry) { return acquisition::is_whole(entry.value("outcome", "")); }
 
-/// Says that the rig is disarmed now, where it is: a fault, a stop and a refused start disarm it.
-void say_if_disarmed(const RunCommand& command, const Console& console) {
+/// A fault, a stop and a refused start disarm the rig: the next motion needs `eha arm`.
+void learn_if_disarmed(const RunCommand& command, Console& console) {
   try {
-    Client client(command.socket);
-    if (client.call("status").at("state") == "armed") return;
-    console.info(
-        fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
+    suggest::RigAccess rig = console.rig();
+    rig.is_disarmed = Client(command.socket).call("status").at("state") != "armed";
+    console.set_rig(std::move(rig));
   } catch (const Error& error) {
     console.debug(error.what());
   }
@@ -95,11 +94,12 @@ std::string page_of_ended(const std::filesystem::path& folder) {
   return report_of_run(folder, fmt::format("eha report {} -o {}", shell_word(folder.string()), shell_word(page)));
 }
 
-ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, const Console& console) {
+ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, Console& console) {
   const std::string units = rig.value("units", "");
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
   const std::string note = entry.value("note", "");
+  if (!has_completed(entry)) learn_if_disarmed(command, console);
   for (const Json& sentence : entry.value("warnings", Json::array())) console.warning(sentence.get<std::string>());
   const bool is_done = code == ExitCode::ok || code == ExitCode::model_rejected;
   const record::Purpose purpose = is_done ? purpose_of(folder, console) : record::Purpose::models;
@@ -120,10 +120,14 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
   const std::string after_trip = remedy.value_or(suggest::read(console.rig()));
-  if (!has_completed(entry) && entry.at("state") != "cancelled") say_if_disarmed(command, console);
+  if (console.rig().is_disarmed && entry.at("state") != "cancelled") {
+    console.info(
+        fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
+  }
   if (!folder.empty() && !is_done) explain_trip(folder, console);
-  if (!folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry)) {
-    explain_ended_trial(folder, units, TrackFiles::keep, console);
+  const bool is_ended_trial =
+      !folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry);
+  if (is_ended_trial) {
     console.info(kept_record_text(folder));
   } else if (!folder.empty() && !has_completed(entry)) {
     // A placing and a characterisation, whose experiments the command itself writes, have nothing to fit.
@@ -141,6 +145,10 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, c
       print_place(entry.at("placed_in").get<double>(), units, suggest::read(console.rig()), console);
     }
     if (has_tripped) console.next_step(after_trip);
+    return code;
+  }
+  if (is_ended_trial) {
+    explain_ended_trial(folder, units, TrackFiles::keep, console, remedy);
     return code;
   }
   print_answer_of_service(entry, console);

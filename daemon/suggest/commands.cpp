@@ -27,7 +27,9 @@ std::string text_at(const ordered_json& document, const char* place) {
 std::string driven(const RigAccess& rig, std::string command, bool takes_output) {
   if (rig.is_local) command += " --local";
   if (rig.is_fast) command += " --fast";
-  if (!rig.is_local) return through(rig.socket, std::move(command));
+  if (!rig.is_local) {
+    return (rig.is_disarmed ? through(rig.socket, "eha arm") + " && " : "") + through(rig.socket, std::move(command));
+  }
   if (!rig.rig_file.empty()) command += " --rig " + shell_word(rig.rig_file);
   if (takes_output && !rig.output.empty()) command += " --output " + shell_word(rig.output);
   if (rig.allows_non_realtime) command += " --allow-non-realtime";

@@ -85,10 +85,12 @@ TEST_F(ServicePlace, LeadsFromACheckedRigFileToTheService) {
   fs::copy_file(daemon_.rig_file(), other);
   const Ended checked = eha({"check", other});
   ASSERT_EQ(checked.code, 0) << checked.err;
-  EXPECT_NE(checked.out.find("sudo cp " + other), std::string::npos) << checked.out;
+  EXPECT_NE(checked.out.find("&& cp " + other), std::string::npos) << "this user may write the file\n" << checked.out;
+  EXPECT_NE(checked.out.find("eha reload --socket " + daemon_.socket().string() + " && eha arm"), std::string::npos)
+      << checked.out;
   std::ofstream(daemon_.rig_file(), std::ios::app) << "# a remark\n";
   const Ended own = eha({"check", daemon_.rig_file()});
-  EXPECT_EQ(own.out.find("sudo cp"), std::string::npos) << own.out;
+  EXPECT_EQ(own.out.find(" cp "), std::string::npos) << own.out;
   EXPECT_NE(own.out.find("eha reload"), std::string::npos) << own.out;
 }
 

@@ -25,6 +25,10 @@ TEST(Suggestions, NameTheServiceOfARunOfTheService) {
   EXPECT_EQ(run(rig, {"a.toml"}), "eha run a.toml --fast --socket /tmp/s");
   EXPECT_EQ(read(rig), "eha read --socket /tmp/s");
   EXPECT_EQ(characterise({}), "eha characterise -o rig-new.toml");
+  const RigAccess disarmed{.is_disarmed = true, .socket = "/tmp/s"};
+  EXPECT_EQ(characterise(disarmed), "eha arm --socket /tmp/s && eha characterise -o rig-new.toml --socket /tmp/s");
+  EXPECT_EQ(read(disarmed), "eha read --socket /tmp/s") << "moves nothing";
+  EXPECT_EQ(run({.is_local = true, .is_disarmed = true}, {"a.toml"}), "eha run a.toml --local");
   EXPECT_EQ(sheet_into_rig_file({.is_local = true, .rig_file = "my rig.toml"}, "runs/a"),
             "eha characterise runs/a -o rig-new.toml --local --rig 'my rig.toml'");
 }
