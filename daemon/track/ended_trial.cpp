@@ -48,8 +48,8 @@ const char* cause_of_standing(const TrackResult& played, const SeenValve& seen, 
   if (is_wider && beyond_V <= seen.dead_band_V + config::kSameValve_V) {
     return "they are within the dead band that the moving rod shows, which is wider than that of [following]";
   }
-  return "the dead band is wider than [following] has it, or the volts make up for a leak past the piston, a load or a "
-         "wrong null";
+  return "oil leaks past the piston and the volts make up for it, or a load or a wrong null does the same, or the dead "
+         "band is wider than that of [following]";
 }
 
 /// Whether a reading differs from the one before by more than a rod moves in a tick.
@@ -88,7 +88,8 @@ std::string slower_valve(const record::OpenRun& opened, const TrackResult& playe
   return fmt::format(
       "the valve is slower than the controller's model: by the valve sheet of {} the rod's speed follows the volts "
       "after {:.0f} ms, in the model after {:.0f} ms, while null, dead band and gains are those of [following]. Look "
-      "at valve, pilot pressure, filter and oil, and at air in the oil. If it stays so, play the model's experiment again "
+      "at valve, pilot pressure, filter and oil, and at air in the oil. If it stays so, play the model's experiment "
+      "again "
       "(`eha run EXPERIMENT`), then `eha tune NEWRUN`",
       run->string(), 1e3 * lag_s, 1e3 * planned_s);
 }
