@@ -17,20 +17,20 @@ namespace {
 
 using namespace synthetic;
 
-constexpr double kStep_s = 0.01;
-constexpr Eigen::Index kRows = 4000;
+constexpr double kLoopStep_s = 0.01;
+constexpr Eigen::Index kLoopRows = 4000;
 
 /// A lag of gain 2 and 0.5 s, its output with noise. @param command  of row and reading
-Record record_of(
+Record loop_record_of(
     const std::function<double(Eigen::Index, double)>& command, double noise, std::mt19937_64& draw,
     const std::function<double(double)>& valve = [](double u) { return u; }) {
   Record record;
-  record.step_s = kStep_s;
-  record.input.resize(kRows);
-  record.output.resize(kRows);
-  const double left = std::exp(-kStep_s / 0.5);
+  record.step_s = kLoopStep_s;
+  record.input.resize(kLoopRows);
+  record.output.resize(kLoopRows);
+  const double left = std::exp(-kLoopStep_s / 0.5);
   double x = 0.0;
-  for (Eigen::Index k = 0; k < kRows; ++k) {
+  for (Eigen::Index k = 0; k < kLoopRows; ++k) {
     record.output[k] = x + noise * normal(draw);
     record.input[k] = command(k, record.output[k]);
     x = left * x + (1.0 - left) * 2.0 * valve(record.input[k]);
@@ -40,8 +40,8 @@ Record record_of(
 
 /// Levels at random, each held for `rows`.
 Eigen::VectorXd levels(Eigen::Index rows, std::mt19937_64& draw) {
-  Eigen::VectorXd u(kRows);
-  for (Eigen::Index k = 0; k < kRows; ++k) u[k] = k % rows == 0 ? 2.0 * uniform(draw) - 1.0 : u[k - 1];
+  Eigen::VectorXd u(kLoopRows);
+  for (Eigen::Index k = 0; k < kLoopRows; ++k) u[k] = k % rows == 0 ? 2.0 * uniform(draw) - 1.0 : u[k - 1];
   return u;
 }
 
@@ -53,7 +53,7 @@ TEST(LoopInRecord, IsSeenWhereTheNoiseGoesRoundIt) {
       return [&reference, gain](Eigen::Index k, double y) { return gain * (reference[k] - y); };
     };
     for (const double gain : {2.0, 4.0}) {
-      const auto found = loop_in_record(record_of(loop(gain), 0.1, draw));
+      const auto found = loop_in_record(loop_record_of(loop(gain), 0.1, draw));
       ASSERT_TRUE(found.has_value()) << seed;
       EXPECT_LT(*found, -0.5);
     }
@@ -69,12 +69,12 @@ TEST(LoopInRecord, IsNotSeenInOpenLoop) {
     for (const Eigen::Index rows : {Eigen::Index{1}, Eigen::Index{10}, Eigen::Index{100}}) {
       const Eigen::VectorXd u = levels(rows, draw);
       const auto played = [&](Eigen::Index k, double) { return u[k]; };
-      EXPECT_FALSE(loop_in_record(record_of(played, 0.1, draw)).has_value()) << seed;
-      EXPECT_FALSE(loop_in_record(record_of(played, 0.001, draw, dead_band)).has_value()) << seed;
-      EXPECT_FALSE(loop_in_record(record_of(played, 0.0, draw, limited)).has_value()) << seed;
+      EXPECT_FALSE(loop_in_record(loop_record_of(played, 0.1, draw)).has_value()) << seed;
+      EXPECT_FALSE(loop_in_record(loop_record_of(played, 0.001, draw, dead_band)).has_value()) << seed;
+      EXPECT_FALSE(loop_in_record(loop_record_of(played, 0.0, draw, limited)).has_value()) << seed;
     }
     const auto smooth = [&](Eigen::Index k, double) { return sine(k) + 0.5 * sine(3 * k + 40); };
-    EXPECT_FALSE(loop_in_record(record_of(smooth, 0.001, draw, dead_band)).has_value()) << seed;
+    EXPECT_FALSE(loop_in_record(loop_record_of(smooth, 0.001, draw, dead_band)).has_value()) << seed;
   }
 }
 
