@@ -130,7 +130,8 @@ class Distortion {
     return level(beside, i);
   }
 
-  /// The silent odd harmonic that is nearest to excited line i on a logarithmic axis, at most an octave away.
+  /// The silent odd harmonic that is nearest to excited line i on a logarithmic axis: at most an octave
+  /// away, or its third harmonic.
   [[nodiscard]] std::optional<std::size_t> odd_harmonic(std::size_t i) const {
     if (!all_odd_) return std::nullopt;
     const std::size_t at = excited_[i];
@@ -138,7 +139,7 @@ class Distortion {
     while (above - at <= kReach && !is_silent(above)) above += 2;
     std::size_t below = at - 2;
     while (below < at && at - below <= kReach && !is_silent(below)) below -= 2;  // below 1 it wraps
-    const bool has_above = above - at <= kReach && above <= std::min(2 * at, last_);
+    const bool has_above = above - at <= kReach && above <= last_ && (above <= 2 * at || above == 3 * at);
     const bool has_below = below < at && at - below <= kReach && 2 * below >= at;
     if (has_above && has_below) return above * below < at * at ? above : below;
     if (has_above) return above;

@@ -73,8 +73,9 @@ struct FrequencyResponse {
 /// Distortion: with odd lines excited, an even nonlinearity responds at even harmonics only, an odd one at odd
 /// harmonics only. Both are measured only if every excited harmonic is odd: even distortion at the even harmonics
 /// beside the line, odd distortion at the unexcited odd harmonic that is nearest on a logarithmic axis, at most an
-/// octave and 14 harmonics away: the output changes with frequency, and a ratio to a distant line would say nothing.
-/// The input's own content at those harmonics is subtracted with the response of the line.
+/// octave and 14 harmonics away, or the line's third harmonic: the output changes with frequency, and a
+/// ratio to a distant line would say nothing. The input's own content at those harmonics is subtracted with the
+/// response of the line.
 /// @param lines_Hz  excited frequencies, harmonics of the period; empty: the harmonics whose input amplitude is at
 ///                  least a tenth of the greatest
 /// @throws DataError  a line is no harmonic of the period or carries no input; the periods do not fit the record

@@ -216,10 +216,10 @@ TEST(Distortion, HasTheLevelOfTheHarmonicsThatASineMakes) {
   ASSERT_TRUE(measured.lines[0].even_distortion_dB.has_value());
   EXPECT_NEAR(*measured.lines[0].even_distortion_dB, 20.0 * std::log10(0.1 * 0.5), 1e-6);
   EXPECT_NEAR(*measured.lines[1].even_distortion_dB, 20.0 * std::log10(0.1), 1e-6);
-  // Harmonic 3 is within an octave of harmonic 5 alone.
-  EXPECT_FALSE(measured.lines[0].odd_distortion_dB.has_value());
-  ASSERT_TRUE(measured.lines[1].odd_distortion_dB.has_value());
-  EXPECT_LT(*measured.lines[1].odd_distortion_dB, -200.0);
+  for (const LineResponse& line : measured.lines) {  // harmonic 3, the third one of the first line
+    ASSERT_TRUE(line.odd_distortion_dB.has_value());
+    EXPECT_LT(*line.odd_distortion_dB, -200.0);
+  }
 }
 
 TEST(Distortion, IsThatOfTheNearestSilentLine) {
