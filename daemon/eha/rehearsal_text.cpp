@@ -245,19 +245,33 @@ void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_
   judge_travel(rehearsed, experiment_file, risk, console);
 }
 
-std::string cause_of_trip(const std::string& run_folder, const Console& console) {
+namespace {
+
+std::optional<identify::TripCause> trip_cause_of(const std::string& run_folder, const Console& console) {
   try {
-    const record::LoadedRun run = record::read_run(run_folder);
-    const auto cause = identify::trip_cause(run);
-    if (cause) return identify::sentence_of(*cause, console.unit(record::rig_units(run.manifest.other)));
+    return identify::trip_cause(record::read_run(run_folder));
   } catch (const Error& error) {
     console.debug(error.what());
+    return std::nullopt;
   }
-  return {};
 }
 
-void explain_trip(const std::string& run_folder, const Console& console) {
-  if (const std::string cause = cause_of_trip(run_folder, console); !cause.empty()) console.info(cause);
+std::string sentence_on(const identify::TripCause& cause, const std::string& run_folder, const Console& console) {
+  return identify::sentence_of(cause, console.unit(record::rig_units(record::read_manifest(run_folder).other)));
+}
+
+}  // namespace
+
+std::string cause_of_trip(const std::string& run_folder, const Console& console) {
+  const auto cause = trip_cause_of(run_folder, console);
+  return cause ? sentence_on(*cause, run_folder, console) : std::string();
+}
+
+bool explain_trip(const std::string& run_folder, const Console& console) {
+  const auto cause = trip_cause_of(run_folder, console);
+  if (!cause) return false;
+  console.info(sentence_on(*cause, run_folder, console));
+  return cause->is_other_valve;
 }
 
 }  // namespace eha::cli

@@ -234,7 +234,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
         rig.limits.following ? way_out_of_following(end, rig.file_name) : way_out_without_following(end);
     if (!way_out.empty()) console.info(way_out);
   }
-  if (experiment.played() != nullptr) explain_trip(folder, console);
+  const bool has_other_valve = experiment.played() != nullptr && explain_trip(folder, console);
   std::error_code unknown;
   bool has_page = false;
   if (!fs::exists(run.folder / record::kJournalFile, unknown)) {
@@ -270,6 +270,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (characterises && code == ExitCode::safety_trip) {
     console.next_step(suggest::read(console.rig()));
   } else if (has_page) {
+    if (has_other_valve) console.next_step(suggest::characterise(console.rig()));
     console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));
     if (const auto fit = fit_of_run(run.folder)) console.next_step(*fit);
   }

@@ -119,12 +119,13 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   }
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
-  const std::string after_trip = remedy.value_or(suggest::read(console.rig()));
   if (console.rig().is_disarmed && entry.at("state") != "cancelled") {
     console.info(
         fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
   }
-  if (!folder.empty() && !is_done) explain_trip(folder, console);
+  const bool has_other_valve = !folder.empty() && !is_done && explain_trip(folder, console);
+  const std::string after_trip =
+      remedy.value_or(has_other_valve ? suggest::characterise(console.rig()) : suggest::read(console.rig()));
   const bool is_ended_trial =
       !folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry);
   if (is_ended_trial) {
