@@ -19,6 +19,7 @@
 #include "daemon/record/run_header.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/statistics/distributions.hpp"
 #include "ident/statistics/robust.hpp"
 #include "ident/validation/output_unit.hpp"

@@ -30,8 +30,8 @@ namespace eha::batch {
 /// Figures of the recommended model of a fit; empty without one. @param fit  models as `eha fit --json` gives them
 [[nodiscard]] RowFigures figures_of(const nlohmann::ordered_json& fit, const std::string& recommended);
 
-/// "K: median 0.1305 in/(V s), furthest from it 0.1312 (run-3); the record that is known best lies apart from
-/// 0.0021 on".
+/// "K: median 0.1305 in/(V s), furthest from it 0.1312 (run-3); a change of 0.0021 in/(V s) or more would
+/// have been seen in the best record".
 [[nodiscard]] std::string spread_text(const Table& table, const Resolution& one);
 
 /// "rises by 0.16 V", "falls by 0.16 V".

@@ -108,6 +108,10 @@ class RigKeeper {
     thread_->ask(
         [this, play = std::move(play)]() mutable {
           idle_blocks_.finish();
+          // Seen since the run was begun, and rest_ is where the rod stands now.
+          if (card_ && moved_in_.load() != 0.0) {
+            throw RodMoved("the rod's reading moved with the hydraulics off, just before the run: nothing is driven");
+          }
           auto finished = play(card_.get(), machine_, missing_);
           // Nobody read the rod while the files were written.
           rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};

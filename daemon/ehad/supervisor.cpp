@@ -138,7 +138,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (active_ && active_->stop->count() > 0) {
     throw DeviceError("not armed: a stop is ramping the rod out, and then disarms the rig; once it rests: eha arm");
   }
-  if (!moved_while_armed_.empty()) {
+  if (!moved_while_armed_.empty() && !active_ && !rig_.is_armed()) {
     throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
   }
   const bool was_held = lease_.is_held_by(peer.uid);
@@ -250,6 +250,7 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
+                         moved_while_armed_.clear();  // by a new calibration, as a rule
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
                                       options_.config_file);
@@ -288,8 +289,9 @@ void Supervisor::poll(Clock::time_point now) {
 }
 
 void Supervisor::poll_rod(Clock::time_point now) {
+  if (active_ && active_->playing) return;
   const std::optional<double> moved_in = rig_.notices_motion();
-  if (!moved_in || (active_ && active_->playing)) return;
+  if (!moved_in) return;
   const bool is_at_stake = rig_.is_armed() || rig_.is_arming() || active_;
   if (!is_at_stake && now < silent_until_) return;
   silent_until_ = now + kSilence;

@@ -46,6 +46,10 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
   try {
     const play::FinishedRun run = played.get();
     conclude(entry, run);
+  } catch (const RodMoved& error) {
+    moved_while_armed_ = error.what();
+    account_for(std::exchange(entry.run, {}));
+    give_up(entry, error.exit_code(), error.what());
   } catch (const Error& error) {
     // Refused before the first tick; the folder has been removed.
     account_for(std::exchange(entry.run, {}));

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/display_unit.hpp"
+#include "core/error.hpp"
 #include "hal/rig.hpp"
 
 namespace eha {
@@ -35,10 +36,16 @@ inline constexpr double kSamePlace_in = 0.02;
   return kMoves_in + coast_in + std::clamp(kCreeps_in_per_s * (since.count() - kShort_s), 0.0, kMostCreep_in);
 }
 
+/// The reading of an undriven rod moved; nothing was driven.
+class RodMoved : public DeviceError {
+ public:
+  using DeviceError::DeviceError;
+};
+
 /// Checks immediately before a rod is driven that its reading is where it was: files are made between the last reading
 /// and the first tick. Interference in one reading is no motion.
 /// @param unit  of lengths in the message
-/// @throws DeviceError  it moved farther than most_motion_at_rest()
+/// @throws RodMoved  it moved farther than most_motion_at_rest()
 void require_at_rest(hal::Rig& rig, const RodAtRest& rest, const DisplayUnit& unit);
 
 }  // namespace eha

@@ -154,7 +154,9 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesBetweenTheLastReadingAndThe
   EXPECT_NE(over.at("note").get<std::string>().find("the rod's reading moved by -1.5 in"), std::string::npos) << over;
   EXPECT_EQ(rig_.card().enabled_ns, 0);
   EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off: look at the rod"))
-      << "and the rig is disarmed: " << daemon_.log();
+      << daemon_.log();
+  EXPECT_EQ(refused(*client_, "arm").message.rfind("not armed: the rod's reading moved", 0), 0U);
+  EXPECT_EQ(refused(*client_, "arm").message, "");
 }
 
 TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {
