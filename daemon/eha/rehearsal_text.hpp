@@ -83,7 +83,8 @@ void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_
 
 /// Reports the drift, and the offset that stops it, for a run that reached a limit, from the files in its folder;
 /// nothing if they do not determine it.
-/// @returns whether the rod was driven by another valve than that of [following], or by a leak, which a valve sheet shows
+/// @returns whether the rod was driven by another valve than that of [following], or by a leak, which a valve sheet
+/// shows
 bool explain_trip(const std::string& run_folder, const Console& console);
 
 }  // namespace eha::cli
