@@ -257,14 +257,6 @@ std::vector<std::string> warnings(const RunReport& report, RunKind kind) {
   return sentences;
 }
 
-std::string without_advice(std::string_view description) {
-  std::string text(description.substr(0, description.find("; ")));
-  if (description.find(kOutputNotSafe) != std::string_view::npos && text.find(kOutputNotSafe) == std::string::npos) {
-    text += fmt::format("; {}", kOutputNotSafe);
-  }
-  return text;
-}
-
 std::string describe(const RunReport& report, const DisplayUnit& unit) {
   std::string text;
   if (report.fault.fault != Fault::none) {

@@ -107,9 +107,7 @@ inline constexpr std::string_view kRecordsLost = " records were lost because the
 inline constexpr std::string_view kOutputNotSafe =
     "THE OUTPUT IS NOT CONFIRMED SAFE: switch the hydraulics off by hand";
 
-/// The end of a run with its figures, without what to do: a description up to its first "; ", and whether the output is
-/// not safe.
-[[nodiscard]] std::string without_advice(std::string_view description);
+inline constexpr std::string_view kGuardDied = "the guard of the rig has died";
 
 /// Describes the end of a run in one or more sentences: what, when, value, limit, next step. Empty if it completed.
 /// @param unit  of lengths; by default in, as the rig's limits

@@ -164,7 +164,9 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
     }
   }
   if (records.empty()) {
-    if (!found.skipped.empty()) {
+    const bool are_runs = std::all_of(found.skipped.begin(), found.skipped.end(),
+                                      [](const Skipped& one) { return one.why == kNotForModels; });
+    if (!found.skipped.empty() && are_runs) {
       throw UsageError(fmt::format("{}: no record: {} is {}", fmt::join(sources, ", "), found.skipped.front().source,
                                    found.skipped.front().why));
     }

@@ -451,8 +451,9 @@ class Commissioning {
                          {"kept", is_kept},
                          {"report", page.string()},
                          {"exit_code", static_cast<int>(code)}});
-    console_.next_step("xdg-open " + shell_word(page.string()));
-    if (leak) {
+    if (!leak) {
+      console_.next_step("xdg-open " + shell_word(page.string()));
+    } else {
       console_.warning(
           fmt::format("the rig leaks: {}. Repair that first, then commission it anew, into another folder:",
                       ident::leak_text(*leak, console_.unit(rig_.units))));

@@ -248,10 +248,12 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   Json document;
   Compared shown;
   std::optional<identify::RunComparison> runs;
+  bool are_files_straight = false;
   std::optional<std::string> exchange;  ///< the command that exchanges input and output of the record
   if (files.empty()) {
     identify::RunComparison found = identify::compare_runs(sources, console.progress_callback());
-    if (!command.intersample && take_files_as_straight(sources, found)) {
+    are_files_straight = !command.intersample && take_files_as_straight(sources, found);
+    if (are_files_straight) {
       found = identify::compare_runs(sources, console.progress_callback());
       found.notes.push_back(
           "The input of the files is taken as straight between their rows, as their errors fall by it "
@@ -304,7 +306,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     console.next_step(*exchange);
   } else if (shown.changed_source && !sources.empty()) {
     // Of models on a record the input between its rows is as for the first.
-    const bool is_straight = straight && takes_straight.front();
+    const bool is_straight = are_files_straight || (straight && takes_straight.front());
     const auto intersample = is_straight ? std::optional(ident::Intersample::straight) : command.intersample;
     const std::size_t changed = *shown.changed_source;
     say_next_of_change(sources[changed], records[changed], shown.changes_valve, intersample, console);

@@ -178,7 +178,8 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
   const DesignAnswer answer = answered(predictor, command, task);
   console.end_progress();
   const ident::Improvement& found = answer.chosen.design;
-  const bool keeps_given = with_base && *with_base <= kWorthAChange * found.std;
+  const bool suffices = with_base && (!command.wanted_std || !answer.reached || *with_base <= *command.wanted_std);
+  const bool keeps_given = suffices && *with_base <= kWorthAChange * found.std;
   const std::filesystem::path path = keeps_given
                                          ? std::filesystem::path(*command.experiment_file)
                                          : command.output.value_or(fmt::format("improve-{}.toml", command.parameter));

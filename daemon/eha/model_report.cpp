@@ -11,7 +11,7 @@
 
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/text_table.hpp"
-#include "ident/model/difference_text.hpp"
+#include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/structure/parameter_requests.hpp"

@@ -221,11 +221,13 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
 
 /// Whether a fault is of the rod, its sensor or valve; those of the card and of late ticks are for `eha doctor`.
 bool is_of_rod(std::string_view description) {
-  constexpr std::array<std::string_view, 7> kOthers{"frozen_sensor", "feedback_band",      "feedback_rail",
-                                                    "not_following", "unexplained_motion", "velocity_limit",
-                                                    "travel_limit"};
+  using acquisition::Fault;
+  constexpr std::array kOthers{Fault::frozen_sensor, Fault::feedback_band,      Fault::feedback_rail,
+                               Fault::not_following, Fault::unexplained_motion, Fault::velocity_limit,
+                               Fault::travel_limit};
   const std::string_view name = fault_name(description);
-  return is_of_following(name) || std::find(kOthers.begin(), kOthers.end(), name) != kOthers.end();
+  return is_of_following(name) ||
+         std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });
 }
 
 /// Returns the next commands for a run. @param entry  of the service's queue; null if no service has the run

@@ -21,7 +21,7 @@
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
-#include "ident/model/difference_text.hpp"
+#include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"

@@ -200,7 +200,7 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
       if (!console.rig().controller.empty()) {
         console.next_step(suggest::track(console.rig(), console.rig().controller));
       }
-    } else if (trial.cause.find(track::kJumps) != std::string::npos) {
+    } else if (trial.is_of_sensor) {
       console.next_step(suggest::read(console.rig()));
     } else if (!trial.cause.empty() || trial.played.leak) {
       console.next_step(page);

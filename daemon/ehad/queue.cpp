@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/os/lock_file.hpp"
-#include "daemon/acquisition/run_report.hpp"
+#include "daemon/record/manifest.hpp"
 
 namespace eha::service {
 namespace {
@@ -108,7 +108,7 @@ Json describe(const Entry& entry) {
 
 std::string bad_end_of(const Entry& entry) {
   std::string text = fmt::format("experiment {}: {}", entry.id, entry.outcome);
-  if (!entry.note.empty()) text += ": " + acquisition::without_advice(entry.note);
+  if (!entry.note.empty()) text += ": " + record::without_remedy(entry.note);
   if (!entry.run.empty()) text += "; run " + entry.run;
   return text;
 }

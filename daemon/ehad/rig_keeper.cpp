@@ -103,6 +103,8 @@ void RigKeeper::close() noexcept {
 }
 
 void RigKeeper::close_unsafe() {
+  is_unsafe_ =
+      true;  // from now on, not once the thread has tried again: a stop in between would be told that it is safe
   is_suspect_ = true;
   ++reopening_;
   thread_->ask([this] { close(); }, [this](std::future<void>) { --reopening_; });
@@ -249,6 +251,16 @@ RigKeeper::Json RigKeeper::rod(const acquisition::Snapshot& now) const {
   return rod_.describe(config_->limits, reading, now.travel_share);
 }
 
+void RigKeeper::require_rest_of_before(const config::RigConfig& config) {
+  if (!card_ || !rest_) return;
+  try {
+    require_at_rest(card_->rig(), *rest_, DisplayUnit(config.units));
+  } catch (const RodMoved&) {
+    rest_.reset();  // said once; it is where it stands now
+    throw;
+  }
+}
+
 void RigKeeper::arm(Done done) {
   arming_ = true;
   ++reopening_;
@@ -261,15 +273,7 @@ void RigKeeper::arm(Done done) {
         if (needs_card || opened_text_ != config->text) {
           close();
           open(*config);
-          // Nobody read the rod in between.
-          read_idle_rig();
-          if (const auto moved_in = notices_motion()) {
-            const DisplayUnit unit(config->units);
-            throw DeviceError(fmt::format(
-                "not armed: the rod's reading moved by {:.2g} {} while the card was opened anew; look at the rod, the "
-                "sensor and its wire, then arm again",
-                unit.factor("in") * *moved_in, unit.of("in")));
-          }
+          require_rest_of_before(*config);
         }
         if (!card_) return;
         if (is_unsafe_ && card_->rig().make_safe() == hal::RigStatus::ok) is_unsafe_ = false;

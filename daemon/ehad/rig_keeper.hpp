@@ -110,7 +110,7 @@ class RigKeeper {
           idle_blocks_.finish();
           // Seen since the run was begun, and rest_ is where the rod stands now.
           if (card_ && moved_in_.load() != 0.0) {
-            throw RodMoved("the rod's reading moved with the hydraulics off, just before the run: nothing is driven");
+            throw RodMoved("the rod's reading moved with the hydraulics off: nothing is driven");
           }
           auto finished = play(card_.get(), machine_, missing_);
           // Nobody read the rod while the files were written.
@@ -160,6 +160,8 @@ class RigKeeper {
   hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
   /// Looks at a reading of an undriven card, and reads once more where it has moved.
   void note_rest(hal::Rig& rig, const hal::RigReading& reading);
+  /// Compares the rod of a card that was opened anew with where it was before. @throws RodMoved
+  void require_rest_of_before(const config::RigConfig& config);
 
   Config config_;
   std::filesystem::path snapshot_;

@@ -85,7 +85,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   if (outcome == Outcome::interrupted && stopped_by.empty() && shutting_down_) entry.note += " (ehad was ended)";
   const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :
-       {std::string(is_unguarded ? "the guard of the rig has died" : ""), run.write_error}) {
+       {std::string(is_unguarded ? acquisition::kGuardDied : std::string_view()), run.write_error}) {
     if (!sentence.empty()) entry.note += (entry.note.empty() ? "" : "; ") + sentence;
   }
   entry.warnings = acquisition::warnings(

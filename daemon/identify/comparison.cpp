@@ -30,7 +30,8 @@ constexpr double kHopelessFit_percent = 95.0;  // above which the model predicts
 // Joint intervals by which another experiment shifts a map's parameters on an unchanged plant, as straight lines stand
 // for a curved valve with friction; measured on the simulated rig with other amplitudes, tones and levels: at most 1.4.
 constexpr double kShiftByExperiment = 1.5;
-// The same where the kind of input is another one: small sums of sines, one sine, odd multisines; at most 2.4.
+// The same where the kind of input is another one: small sums of sines, one sine, odd multisines; at most 2.4, and
+// errors of up to 34 times the usual one, which therefore tell nothing beside another input.
 constexpr double kShiftByOtherInput = 4.0;
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 there
 
@@ -195,7 +196,7 @@ std::string other_level(const Source& before, const Source& after, const ident::
   const std::string unit = ident::after_number(before.record.output_channel.unit);
   return fmt::format(
       "the records are about {:.3g}{} and {:.3g}{}, which alone shifts the parameters of a cylinder a little; compare "
-      "two runs that begin at one place",
+      "two runs about one place",
       a.mean(), unit, b.mean(), unit);
 }
 

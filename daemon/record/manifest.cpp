@@ -265,8 +265,9 @@ std::string without_remedy(const std::string& description) {
     const std::size_t begin = at + kBetween.size();
     at = description.find(kBetween, begin);
     const std::string part = description.substr(begin, at == std::string::npos ? at : at - begin);
-    if (part.ends_with(acquisition::kRecordsLost) || part == acquisition::kOutputNotSafe)
-      kept.append(kBetween).append(part);
+    const bool is_fact = part.ends_with(acquisition::kRecordsLost) || part == acquisition::kOutputNotSafe ||
+                         part == acquisition::kGuardDied;
+    if (is_fact) kept.append(kBetween).append(part);
   }
   return kept;
 }

@@ -86,7 +86,8 @@ struct Manifest {
 [[nodiscard]] bool is_whole(std::string_view outcome) noexcept;
 
 /// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed
-/// loop drove the rod, and it moved 0.1 in where 0.2 in were due". Lost records and an output that is not safe stay.
+/// loop drove the rod, and it moved 0.1 in where 0.2 in were due". Lost records, an output that is not safe and a dead
+/// guard stay.
 [[nodiscard]] std::string without_remedy(const std::string& description);
 
 /// @throws DataError  `name` is no outcome; names `source`

@@ -118,7 +118,8 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
       !subject.cannot_tell.empty() && subject.has_other_input
           ? "Record both with one experiment whose volts do not depend on the rod, so without [hold] and "
             "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets."
-      : !subject.cannot_tell.empty() ? "Record both with one experiment, of one length, and compare again."
+      : !subject.cannot_tell.empty()
+          ? "Record both with one experiment, of one length and about one place, and compare again."
       : change.changed
           ? fmt::format("Look for the cause of each change. {} Identify the rig anew before you rely on an old model.",
                         causes_of({&change}, subject.map_cause))

@@ -18,7 +18,7 @@
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
 #include "daemon/report/verdict_box.hpp"
-#include "ident/model/difference_text.hpp"
+#include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"

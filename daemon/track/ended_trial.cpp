@@ -89,19 +89,17 @@ std::string slower_valve(const record::OpenRun& opened, const TrackResult& playe
       "the valve is slower than the controller's model: by the valve sheet of {} the rod's speed follows the volts "
       "after {:.0f} ms, in the model after {:.0f} ms, while null, dead band and gains are those of [following]. Look "
       "at valve, pilot pressure, filter and oil, and at air in the oil. If it stays so, play the model's experiment "
-      "again "
-      "(`eha run EXPERIMENT`), then `eha tune NEWRUN`",
+      "again (`eha run EXPERIMENT`), then `eha tune NEWRUN`",
       run->string(), 1e3 * lag_s, 1e3 * planned_s);
 }
 
-std::string cause_of(const record::OpenRun& opened, const TrackResult& played, const SeenValve& seen,
-                     const config::RigLimits& limits) {
-  if (has_jumps(played, limits)) {
-    return fmt::format(
-        "the sensor's {} as no rod moves: look at its supply, cable, shield and earth (`eha read` shows its noise), or "
-        "put a low-pass filter of some 100 Hz before the card's input",
-        kJumps);
-  }
+constexpr const char* kSensorJumps =
+    "the sensor's reading jumps as no rod moves: look at its supply, cable, shield and earth (`eha read` shows its "
+    "noise), or put a low-pass filter of some 100 Hz before the card's input";
+
+/// The causes that are none of the sensor; empty where none is seen.
+std::string other_cause(const record::OpenRun& opened, const TrackResult& played, const SeenValve& seen,
+                        const config::RigLimits& limits) {
   if (std::string slower = slower_valve(opened, played, limits); !slower.empty()) return slower;
   const ident::InverseMap& map = played.controller.settings.inverse;
   const auto factor = ident::common_gain_factor(seen.gain_positive_in_per_V_s / map.gain_positive,
@@ -141,7 +139,8 @@ EndedTrial ended_trial(const record::OpenRun& opened, const DisplayUnit& unit) {
   const SeenValve seen = seen_until_fault(trial.played);
   trial.changes = changes_of(seen, trial.played.controller.settings.inverse, unit);
   const config::RigConfig rig = config::parse_rig(run.rig_text, (opened.path() / "run.json (rig)").string());
-  trial.cause = cause_of(opened, trial.played, seen, rig.limits);
+  trial.is_of_sensor = has_jumps(trial.played, rig.limits);
+  trial.cause = trial.is_of_sensor ? kSensorJumps : other_cause(opened, trial.played, seen, rig.limits);
   if (trial.cause.empty()) trial.stood = stood_under_volts(trial.played, seen, rig.limits, unit);
   return trial;
 }

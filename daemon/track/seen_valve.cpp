@@ -75,6 +75,7 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
     double was;
     double is;
     double std;
+    [[nodiscard]] bool differs() const { return std::abs(is - was) > config::kSameValve_V; }
     [[nodiscard]] double far() const { return std::abs(is - was) / std::max(std, kLeastStd_V); }
   };
   const auto gain = [&](const char* name, double was, double is) {
@@ -89,7 +90,7 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
                             Volts{"half dead band", map.dead_band, seen.dead_band_V, seen.dead_band_std_V}};
   if (both[1].far() > both[0].far()) std::swap(both[0], both[1]);
   for (const Volts& one : both) {
-    if (std::abs(one.is - one.was) <= config::kSameValve_V || one.far() < kMinor * both[0].far()) continue;
+    if (!one.differs() || (both[0].differs() && one.far() < kMinor * both[0].far())) continue;
     changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", one.name, one.is, one.was));
   }
   gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s);

@@ -110,9 +110,6 @@ void write_track(const TrackResult& result);
 /// Writes track.csv alone.
 void write_track_rows(const TrackResult& result);
 
-/// Of EndedTrial::cause: the sensor.
-inline constexpr std::string_view kJumps = "reading jumps";
-
 /// What a trial that a fault ended showed of its cause.
 struct EndedTrial {
   TrackResult played;
@@ -124,6 +121,7 @@ struct EndedTrial {
   /// valve that agrees with [following] and is slower than the controller's plant, or both gains changed alike; empty
   /// otherwise.
   std::string cause = {};
+  bool is_of_sensor = false;  ///< `cause` is readings that jump
   [[nodiscard]] bool is_cause_known() const {
     return !cause.empty() || !stood.empty() || (played.leak && !changes.empty());
   }

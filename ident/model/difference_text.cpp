@@ -9,11 +9,6 @@
 
 namespace eha::ident {
 
-std::string frequencies_text(const FrequencyInterval& band, std::string_view to) {
-  if (!(band.highest_Hz > band.lowest_Hz)) return fmt::format("{:.3g} Hz", band.lowest_Hz);
-  return fmt::format("{:.3g}{}{:.3g} Hz", band.lowest_Hz, to, band.highest_Hz);
-}
-
 DifferenceText difference_text(double difference, double half_width) {
   constexpr double kDigit = 0.1;
   constexpr int kMostDigits = 3;  // more than those of the half width

@@ -277,9 +277,8 @@ std::string Reasons::failed(const Criterion& c) const {
       }
       if (is_level_out_of_sight(model_, *p)) {
         return fmt::format(
-            "The record does not show {}: {:.3g}{} is more than 1000 times the range of the output, for which the "
-            "plant "
-            "is linear; use a transfer function (`eha fit` without --model).",
+            "The record does not show {}: {:.3g}{} has no upper bound or is beyond 4000 times the output's standard "
+            "deviation, for which the plant is linear; use a transfer function (`eha fit` without --model).",
             c.parameter, p->value, unit);
       }
       return fmt::format(

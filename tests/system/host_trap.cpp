@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Loaded before the C library: a host whose user look-ups hang (EHA_TRAP_LOOKUP_S), one that was suspended for 100 s
 // once a file is there (EHA_TRAP_SUSPENDED), and one whose disk hangs at the folder of a run and at its raw.h5 for as
-// long as a file is there (EHA_TRAP_HANGS).
+// long as a file is there (EHA_TRAP_HANGS), and at its run.json while that with ".manifest" is.
 #include <dlfcn.h>
 #include <pwd.h>
 #include <stdio.h>
@@ -11,6 +11,7 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <string>
 
 namespace {
 
@@ -21,9 +22,11 @@ F next(const char* name) {
   return reinterpret_cast<F>(dlsym(RTLD_NEXT, name));
 }
 
-void wait_for_disk(const char* path) {
+/// @param at  "" or the ending of the file that makes it hang
+void wait_for_disk(const char* at) {
   const char* file = std::getenv("EHA_TRAP_HANGS");
-  while (file != nullptr && std::strstr(path, "/runs/") != nullptr && access(file, F_OK) == 0) usleep(10'000);
+  const std::string name = std::string(file == nullptr ? "" : file) + at;
+  while (file != nullptr && access(name.c_str(), F_OK) == 0) usleep(10'000);
 }
 
 }  // namespace
@@ -36,12 +39,13 @@ int getpwuid_r(uid_t uid, passwd* entry, char* buffer, size_t size, passwd** fou
 }
 
 int mkdir(const char* path, mode_t mode) noexcept {
-  wait_for_disk(path);
+  if (std::strstr(path, "/runs/") != nullptr) wait_for_disk("");
   return next<decltype(&mkdir)>("mkdir")(path, mode);
 }
 
 int rename(const char* from, const char* to) noexcept {
-  if (std::strstr(to, "raw.h5") != nullptr) wait_for_disk(to);
+  if (std::strstr(to, "raw.h5") != nullptr) wait_for_disk("");
+  if (std::strstr(to, "run.json") != nullptr) wait_for_disk(".manifest");
   return next<decltype(&rename)>("rename")(from, to);
 }
 

@@ -137,18 +137,23 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesWhileTheFolderIsMade) {
 }
 
 TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesBetweenTheLastReadingAndTheFirstTick) {
-  // The journal is made in between.
-  const std::jthread slip([this](const std::stop_token& end) {
-    while (!end.stop_requested()) {
-      std::error_code ignored;
-      for (const auto& run : fs::directory_iterator(daemon_.runs(), ignored)) {
-        if (!fs::exists(run.path() / "raw.ehalog", ignored)) continue;
-        rig_.card().position_in -= 1.5;
-        return;
-      }
-    }
-  });
+  // The journal and the first manifest are made in between.
+  const fs::path hangs_there = hangs().string() + ".manifest";
+  std::ofstream(hangs_there) << "the disk, while this is there";
   const std::int64_t entry = submit(*client_, quiet_experiment_text("next", 2.0), false);
+  const auto has_journal = [this] {
+    std::error_code ignored;
+    for (const auto& run : fs::directory_iterator(daemon_.runs(), ignored)) {
+      if (fs::exists(run.path() / "raw.ehalog", ignored)) return true;
+    }
+    return false;
+  };
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (!has_journal() && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  rig_.card().position_in -= 1.5;
+  fs::remove(hangs_there);
   const Json over = follow(daemon_, entry);
   EXPECT_EQ(over.at("outcome"), "refused") << over;
   EXPECT_NE(over.at("note").get<std::string>().find("the rod's reading moved by -1.5 in"), std::string::npos) << over;
@@ -187,7 +192,7 @@ TEST_F(ServiceRodBetweenRuns, IsComparedWhereArmingOpensTheCardAnew) {
       rig_.card().position_in -= 1.5;
     });
     const Refused refusal = refused(*client_, "arm");
-    EXPECT_NE(refusal.message.find("moved by -1.5 in while the card was opened anew"), std::string::npos)
+    EXPECT_NE(refusal.message.find("moved by -1.5 in with the hydraulics off: nothing is driven"), std::string::npos)
         << refusal.message << daemon_.log();
   }
   EXPECT_EQ(refused(*client_, "arm").message, "") << "as it stands now";

@@ -202,7 +202,8 @@ TEST_F(Track, NamesASensorWhoseReadingJumps) {
   const play::FinishedRun run = played(text_);
   ASSERT_EQ(run.report.outcome, Outcome::faulted);
   const EndedTrial trial = ended_trial(record::OpenRun(run.folder), {});
-  EXPECT_NE(trial.cause.find(kJumps), std::string::npos) << acquisition::describe(run.report);
+  EXPECT_TRUE(trial.is_of_sensor) << acquisition::describe(run.report);
+  EXPECT_NE(trial.cause.find("reading jumps"), std::string::npos) << trial.cause;
 }
 
 TEST(SeenValve, LeavesOutTheLesserOfTwoChangesThatLittleMotionGives) {
