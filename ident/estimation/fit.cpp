@@ -197,7 +197,7 @@ ValidationReport validate(const Model& model, const Record& record, const FitOpt
   OutputOnRecord outputs(record, comparison);
   FitResult result;
   result.model = begun_on(without_past(model), outputs);
-  fill_validation(result, record, comparison, Effects::include);
+  fill_validation(result, SignalFacts(record), comparison, Effects::include);
   return *result.model.validation;
 }
 

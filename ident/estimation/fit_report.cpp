@@ -225,7 +225,8 @@ LinearPart as_reported(const LocalOptimum& optimum, const TransferFunction& g, L
   return linear;
 }
 
-void fill_validation(FitResult& result, const Record& record, const Comparison& comparison, Effects effects) {
+void fill_validation(FitResult& result, const SignalFacts& facts, const Comparison& comparison, Effects effects) {
+  const Record& record = facts.record();
   OutputOnRecord outputs(record, comparison);
   const ModelOutput output = outputs.of(result.model);
   result.measured = picked(record.output, comparison);
@@ -253,7 +254,7 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   report.offset_reestimated = score(scored, tail.total(with_offset_fitted(result.model, tail, scored)));
   const ParameterCovariance& known = result.covariance.parameters.empty() ? stored : result.covariance;
   report.tests = residual_tests(
-      tested_part(result.model, outputs, result.estimation_samples, measured - simulated, known, effects));
+      tested_part(result.model, outputs, facts, result.estimation_samples, measured - simulated, known, effects));
   if (const auto levels = two_levels(record.input)) report.input_levels = InputLevels{(*levels)[0], (*levels)[1]};
   report.faster_r2_percent = r2_of_faster_percent(scored, rows.of(simulated));
   const Eigen::VectorXd times_s = all_rows.of(result.time_s);
@@ -270,13 +271,13 @@ void fill_validation(FitResult& result, const Record& record, const Comparison& 
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
   }
-  report.sensor_step = sensor_step(record, all_measured - all_simulated);
+  report.sensor_step = sensor_step(facts.output_step(), all_measured - all_simulated);
   // Where only the input that follows goes with what is left over, a controller made its noise, which the plant got.
   const auto& future = report.tests->future_input;
   const bool is_fed_back =
       future && future->degrees > 0 && future->p < kFeedbackLevel && report.tests->input.p >= kFeedbackLevel;
   if (!is_fed_back) {
-    report.input_noise = input_noise_left_over(result.model, outputs, all_measured - all_simulated);
+    report.input_noise = input_noise_left_over(result.model, outputs, facts, all_measured - all_simulated);
   }
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {

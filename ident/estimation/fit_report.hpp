@@ -9,6 +9,7 @@
 #include "ident/signal/decimation.hpp"
 #include "ident/signal/measured_rows.hpp"
 #include "ident/validation/residual_tests.hpp"
+#include "ident/validation/signal_facts.hpp"
 
 namespace eha::ident {
 
@@ -52,7 +53,7 @@ struct Normalised {
 
 /// Simulates result.model over the compared rows and scores it: the estimating ones into `estimation`, the rest into
 /// `validation`.
-void fill_validation(FitResult& result, const Record& record, const Comparison& comparison, Effects effects);
+void fill_validation(FitResult& result, const SignalFacts& facts, const Comparison& comparison, Effects effects);
 
 /// Stores the noise of the compared samples: its colour from the validating part, or from the estimating one where all
 /// samples estimate.

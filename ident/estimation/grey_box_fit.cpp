@@ -404,7 +404,7 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
   const double duration_s = record.step_s * static_cast<double>(prepared.rows.last + 1);
   model.bode = bode_curve(model, bode_frequencies(duration_s, compared_step_s), result.covariance);
   const bool whole = options.intervals == IntervalMethod::profile;
-  fill_validation(result, record, prepared.rows.comparison, whole ? Effects::include : Effects::leave_out);
+  fill_validation(result, prepared.facts, prepared.rows.comparison, whole ? Effects::include : Effects::leave_out);
   fill_noise(result, MeasuredRows(record, prepared.rows.comparison), false);
   result.work["refine"] += work;
   model.estimation->evaluations = total(result.work).simulations();

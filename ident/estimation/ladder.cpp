@@ -416,7 +416,7 @@ class Climber {
       Model& model = climbed.result.model;
       const bool is_tested = model.validation && model.validation->tests && model.validation->tests->nonlinearity;
       if (is_tested || !model.verdict || model.verdict->grade != Grade::good) continue;
-      fill_validation(climbed.result, prepared_.record, prepared_.rows.comparison, Effects::include);
+      fill_validation(climbed.result, prepared_.facts, prepared_.rows.comparison, Effects::include);
       fits_.judge_anew(climbed);
     }
   }

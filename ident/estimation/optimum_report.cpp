@@ -78,8 +78,8 @@ Eigen::MatrixXd known_errors_at_estimated(const Model& model, const PreparedReco
   Comparison estimating = prepared.rows.comparison;
   estimating.count = prepared.rows.estimating;
   OutputOnRecord outputs(prepared.record, estimating);
-  const Eigen::MatrixXd walk = input_walk(model, outputs, 0, residual, prepared.input_error_std());
-  Eigen::MatrixXd stays = rounded_stays(prepared.record, estimating, 0);
+  const Eigen::MatrixXd walk = input_walk(model, outputs, 0, residual, prepared.facts.input_error_std());
+  Eigen::MatrixXd stays = rounded_stays(prepared.record, prepared.facts.output_step(), estimating, 0);
   if (are_many(stays)) stays.conservativeResize(Eigen::NoChange, 0);
   Eigen::MatrixXd errors(walk.rows(), walk.cols() + stays.cols());
   errors << walk, stays;
@@ -146,7 +146,7 @@ void complete_report(FitResult& result, const PreparedRecord& prepared, Effects 
   const std::vector<double> frequencies =
       bode_frequencies(result.fitted->scale.duration_s, model.estimation->compared_step_s.value());
   model.bode = bode_curve(model, frequencies, result.covariance);
-  fill_validation(result, prepared.record, prepared.rows.comparison, effects);
+  fill_validation(result, prepared.facts, prepared.rows.comparison, effects);
   fill_noise(result, MeasuredRows(prepared.record, prepared.rows.comparison), result.fitted->optimum.noise.has_value());
 }
 

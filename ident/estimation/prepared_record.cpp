@@ -8,7 +8,6 @@
 #include "core/error.hpp"
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/signal/decimation.hpp"
-#include "ident/validation/input_error.hpp"
 
 namespace eha::ident {
 namespace {
@@ -36,7 +35,7 @@ Record averaged(const Record& record, const FitRows& rows) {
 
 }  // namespace
 
-PreparedRecord::PreparedRecord(const Record& whole, const FitOptions& options) : record(whole) {
+PreparedRecord::PreparedRecord(const Record& whole, const FitOptions& options) : record(whole), facts(whole) {
   check_record(whole, options);
   rows = fit_rows(whole, options);
 }
@@ -102,12 +101,6 @@ std::vector<const ComparedRecord*> PreparedRecord::searched(const Kind& kind) co
   std::vector<const ComparedRecord*> all;
   for (const auto& one : made) all.push_back(one.get());
   return all;
-}
-
-double PreparedRecord::input_error_std() const {
-  const std::scoped_lock lock(making_);
-  if (!input_error_std_) input_error_std_ = ident::input_error_std(record.input);
-  return *input_error_std_;
 }
 
 std::vector<PoleGuess> PreparedRecord::guesses(int poles, bool delay_free) const {

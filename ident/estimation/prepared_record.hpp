@@ -12,6 +12,7 @@
 #include "ident/output_error/output_error.hpp"
 #include "ident/search/global_search.hpp"
 #include "ident/search/realisation.hpp"
+#include "ident/validation/signal_facts.hpp"
 
 namespace eha::ident {
 
@@ -25,6 +26,7 @@ class PreparedRecord {
   PreparedRecord(const Record& whole, const FitOptions& options);
 
   const Record& record;
+  SignalFacts facts;
   FitRows rows;
 
   /// Which simulation of the record is wanted.
@@ -41,9 +43,6 @@ class PreparedRecord {
   /// the record, filtered; else the coarse records of coarsen().
   [[nodiscard]] std::vector<const ComparedRecord*> searched(const Kind& kind) const;
 
-  /// As the function of that name, of the record's input.
-  [[nodiscard]] double input_error_std() const;
-
   /// Poles guessed from the coarse records and from the compared rows.
   [[nodiscard]] std::vector<PoleGuess> guesses(int poles, bool delay_free) const;
 
@@ -53,7 +52,6 @@ class PreparedRecord {
   [[nodiscard]] std::size_t coarse_effort() const;
 
   mutable std::recursive_mutex making_;
-  mutable std::optional<double> input_error_std_;
   mutable std::vector<CoarseRecord> coarse_;
   mutable std::optional<std::vector<ImpulseResponses>> responses_;
   mutable std::map<Kind, std::unique_ptr<const ComparedRecord>> compared_;

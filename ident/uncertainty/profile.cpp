@@ -130,6 +130,13 @@ class Profile {
            std::abs(straight_rise(-1.0) / rise_ - 1.0) < kStraight;
   }
 
+  /// Whether a search with the parameter held at its value finds the optimum again. One that does not cannot give a
+  /// profile.
+  [[nodiscard]] bool finds_optimum() {
+    Eigen::VectorXd others = reported_.values();
+    return least_cost(value_, others) - optimum_.cost < kStraight * kStraight * rise_;
+  }
+
   /// Finds where the profile has risen by rise_. @param side  -1 or 1
   [[nodiscard]] double end(double side) {
     const double room = side < 0.0 ? value_ - reach_.lower : reach_.upper - value_;
@@ -138,8 +145,6 @@ class Profile {
     double inside = 0.0;
     double outside = kInfinity;
     Eigen::VectorXd others = reported_.values();
-    // A search that does not find the optimum itself again cannot give a profile.
-    if (!(least_cost(value_, others) - optimum_.cost < kStraight * kStraight * rise_)) return value_ + side * distance;
     for (int trial = 0; trial < kMostTrials; ++trial) {
       // Each search starts from the last optimum inside the interval; one outside may be a poor local optimum.
       Eigen::VectorXd start = others;
@@ -248,12 +253,19 @@ Intervals intervals(const ReportedOptimum& optimum, const Uncertainty& known, co
     if (!is_long && !is_free_response(optimum.parameters[i].role) && !profile.is_straight()) bent.push_back(i);
   }
   std::vector<Work> work(2 * bent.size());
+  std::vector<char> is_found(bent.size());  // not bool: each is written by a thread of its own
+  executor(bent.size(), [&](std::size_t k) {
+    Profile profile(optimum, reported, known, bent[k]);
+    is_found[k] = profile.finds_optimum() ? 1 : 0;
+    work[2 * k] = profile.work();
+  });
   executor(2 * bent.size(), [&](std::size_t task) {
+    if (is_found[task / 2] == 0) return;
     const std::size_t i = bent[task / 2];
     const bool is_lower = task % 2 == 0;
     Profile profile(optimum, reported, known, i);
     (is_lower ? all[i].lower : all[i].upper) = profile.end(is_lower ? -1.0 : 1.0);
-    work[task] = profile.work();
+    work[task] += profile.work();
   });
   for (const Work& of_end : work) found.work += of_end;
   return found;

@@ -243,20 +243,21 @@ Eigen::VectorXd beyond_errors(const Eigen::VectorXd& residual, const Eigen::Matr
   return residual - std::min(1.0, longest / std::max(z.norm(), longest)) * (errors * z);
 }
 
-Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first) {
+Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts,
+                              Eigen::Index first) {
   const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;
   const Eigen::VectorXd& input = outputs.record().input;
-  const std::optional<Eigen::VectorXd> levels = grows(model.transfer_function) ? std::nullopt : held_levels(input);
-  if (!levels) return Eigen::MatrixXd(rows, 0);
-  return outputs.response(model.transfer_function, through_map(model, input) - through_map(model, *levels)).tail(rows);
+  if (grows(model.transfer_function) || !facts.held_levels()) return Eigen::MatrixXd(rows, 0);
+  const Eigen::VectorXd& levels = *facts.held_levels();
+  return outputs.response(model.transfer_function, through_map(model, input) - through_map(model, levels)).tail(rows);
 }
 
-std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs,
+std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts,
                                                 const Eigen::VectorXd& residual) {
   const Eigen::VectorXd& input = outputs.record().input;
   const Eigen::Index lag = residual.size() / kPartsOfChanges;
   if (lag < 1 || grows(model.transfer_function)) return std::nullopt;
-  const double rms = apparent_input_noise(input);
+  const double rms = facts.apparent_input_noise();
   if (!(rms > 0.0)) return std::nullopt;
   const Eigen::VectorXd driven = through_map(model, input);
   const auto of_model = [&](const Eigen::VectorXd& signal) {

@@ -6,6 +6,7 @@
 
 #include "ident/model/model.hpp"
 #include "ident/model/model_output.hpp"
+#include "ident/validation/signal_facts.hpp"
 
 namespace eha::ident {
 
@@ -52,7 +53,8 @@ namespace eha::ident {
 /// held_levels() alone: G (u - levels) at the compared rows from `first` on.
 /// @returns rows by 1; rows by 0 where the model grows or the input has no such levels, or no noise on them
 /// Cost: a simulation.
-[[nodiscard]] Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, Eigen::Index first);
+[[nodiscard]] Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts,
+                                            Eigen::Index first);
 
 /// Noise of the recorded input that did not reach the plant: what the model makes of such noise has about the power
 /// that the model leaves over, of changes over 1/50 of the rows. Where the noise reached the plant, the model leaves
@@ -62,6 +64,7 @@ namespace eha::ident {
 /// than all of it, or the model grows
 /// Cost: three simulations of an input that has noise.
 [[nodiscard]] std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs,
+                                                              const SignalFacts& facts,
                                                               const Eigen::VectorXd& residual);
 
 /// What a switch of the input may leave in the output that lies elsewhere in a gap than the straight line drawn across

@@ -281,8 +281,8 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   return tests;
 }
 
-TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first, const Eigen::VectorXd& residual,
-                       const ParameterCovariance& known, Effects effects) {
+TestedPart tested_part(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts, std::size_t first,
+                       const Eigen::VectorXd& residual, const ParameterCovariance& known, Effects effects) {
   TestedPart part;
   const Comparison& comparison = outputs.comparison();
   const auto begin = std::max(static_cast<Eigen::Index>(first), kLags);
@@ -309,10 +309,10 @@ TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t 
   part.parameter_error =
       derivatives.cols() > 0 ? Eigen::MatrixXd(derivatives * covariance_root(known.matrix)) : derivatives;
   if (!part.parameter_error.allFinite()) part.parameter_error.resize(rows, 0);
-  const Eigen::MatrixXd walk = input_walk(model, outputs, begin, residual, input_error_std(outputs.record().input));
-  const Eigen::MatrixXd noise = channel_noise(model, outputs, begin);
+  const Eigen::MatrixXd walk = input_walk(model, outputs, begin, residual, facts.input_error_std());
+  const Eigen::MatrixXd noise = channel_noise(model, outputs, facts, begin);
   const Eigen::MatrixXd switches = guessed_switches(model, outputs, begin, residual);
-  const Eigen::MatrixXd stays = rounded_stays(outputs.record(), comparison, begin);
+  const Eigen::MatrixXd stays = rounded_stays(outputs.record(), facts.output_step(), comparison, begin);
   part.input_error.resize(rows, walk.cols() + noise.cols() + switches.cols() + stays.cols());
   part.input_error << walk, noise, switches, stays;
   // The lags are those of the record, whichever of its rows are left.

@@ -9,6 +9,7 @@
 #include "ident/model/model_output.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 #include "ident/validation/nonlinear_effects.hpp"
+#include "ident/validation/signal_facts.hpp"
 
 namespace eha::ident {
 
@@ -56,8 +57,8 @@ enum class Effects { leave_out, include };
 /// Returns the part of a record from compared row `first` on, with the effect of the parameters' errors on the model
 /// there, by differences of simulations. A difference's step is a hundredth of the standard error, at most 0.01 for an
 /// order and 1 % of any other value. Cost: a simulation a parameter.
-[[nodiscard]] TestedPart tested_part(const Model& model, OutputOnRecord& outputs, std::size_t first,
-                                     const Eigen::VectorXd& residual, const ParameterCovariance& known,
-                                     Effects effects);
+[[nodiscard]] TestedPart tested_part(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts,
+                                     std::size_t first, const Eigen::VectorXd& residual,
+                                     const ParameterCovariance& known, Effects effects);
 
 }  // namespace eha::ident

@@ -5,9 +5,6 @@
 #include <cmath>
 #include <numbers>
 #include <vector>
-
-#include "ident/signal/value_step.hpp"
-
 namespace eha::ident {
 namespace {
 
@@ -21,10 +18,6 @@ struct RoundedStay {
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
 };
-
-double step_of(const Record& record) {
-  return value_step({record.output.data(), static_cast<std::size_t>(record.output.size())});
-}
 
 /// Where the output stays at a value, in their order. One reading beside it, as noise makes, does not end a stay.
 std::vector<RoundedStay> stays_of(const Eigen::VectorXd& output, double step) {
@@ -84,16 +77,14 @@ double error_at_rest(const Eigen::VectorXd& output, double step) {
 
 }  // namespace
 
-std::optional<SensorStep> sensor_step(const Record& record, const Eigen::VectorXd& residual) {
-  const double step = residual.size() > 0 ? step_of(record) : 0.0;
+std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& residual) {
   const double power = residual.size() > 0 ? residual.squaredNorm() / static_cast<double>(residual.size()) : 0.0;
   if (!(step > 0.0) || !(step * step / kVariances >= kShownByRounding * power)) return std::nullopt;
   return SensorStep{step};
 }
 
-Eigen::MatrixXd rounded_stays(const Record& record, const Comparison& comparison, Eigen::Index first) {
+Eigen::MatrixXd rounded_stays(const Record& record, double step, const Comparison& comparison, Eigen::Index first) {
   const Eigen::Index rows = static_cast<Eigen::Index>(comparison.count) - first;
-  const double step = step_of(record);
   if (!(step > 0.0) || rows < 1) return Eigen::MatrixXd(std::max<Eigen::Index>(rows, 0), 0);
   const std::vector<RoundedStay> all = stays_of(record.output, step);
   std::vector<RoundedStay> stays;

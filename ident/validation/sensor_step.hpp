@@ -11,10 +11,11 @@
 namespace eha::ident {
 
 /// The step of a record's coarse output where rounding to it makes much of what a model leaves over.
+/// @param step      of the output, as SignalFacts::output_step()
 /// @param residual  at the compared rows
 /// @returns none where rounding makes less than kShownByRounding of the residual's power
-/// Cost: value_step() of the output.
-[[nodiscard]] std::optional<SensorStep> sensor_step(const Record& record, const Eigen::VectorXd& residual);
+/// Cost O(N).
+[[nodiscard]] std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& residual);
 
 /// From this share of the residual's power on rounding limits the answer.
 inline constexpr double kShownByRounding = 0.3;
@@ -23,9 +24,11 @@ inline constexpr double kShownByRounding = 0.3;
 /// stay. A root of its covariance: a column for each stay of 8 rows or more, at most the 64 longest, and of more
 /// than 131072 rows as many as fit into 64 MiB, of the standard deviation of rounding, step / sqrt(12), less what noise
 /// before the rounding takes away. A stay on a slow way has none: its errors cancel.
+/// @param step   of the output, as SignalFacts::output_step()
 /// @param first  first compared row wanted
 /// @returns rows by m; m is 0 for an output without a step
-/// Cost: value_step() of the output, and O(N) a column.
-[[nodiscard]] Eigen::MatrixXd rounded_stays(const Record& record, const Comparison& comparison, Eigen::Index first);
+/// Cost O(N) a column.
+[[nodiscard]] Eigen::MatrixXd rounded_stays(const Record& record, double step, const Comparison& comparison,
+                                            Eigen::Index first);
 
 }  // namespace eha::ident

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/validation/signal_facts.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -30,7 +31,7 @@ Record rounded(Eigen::VectorXd output, double noise = 0.0) {
 Eigen::MatrixXd stays_of(const Record& record) {
   Comparison every_row;
   every_row.count = static_cast<std::size_t>(record.output.size());
-  return rounded_stays(record, every_row, 0);
+  return rounded_stays(record, SignalFacts(record).output_step(), every_row, 0);
 }
 
 /// Levels, each held for 100 rows.

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/validation/signal_facts.hpp"
+
+#include <cstddef>
+
+#include "ident/signal/held_levels.hpp"
+#include "ident/signal/value_step.hpp"
+#include "ident/validation/input_error.hpp"
+
+namespace eha::ident {
+namespace {
+
+template <typename Value, typename Compute>
+const Value& computed_once(std::mutex& computing, std::optional<Value>& value, const Compute& compute) {
+  const std::scoped_lock lock(computing);
+  if (!value) value = compute();
+  return *value;
+}
+
+}  // namespace
+
+double SignalFacts::input_error_std() const {
+  return computed_once(computing_, input_error_std_, [&] { return ident::input_error_std(record_.input); });
+}
+
+double SignalFacts::apparent_input_noise() const {
+  return computed_once(computing_, apparent_input_noise_, [&] { return ident::apparent_input_noise(record_.input); });
+}
+
+const std::optional<Eigen::VectorXd>& SignalFacts::held_levels() const {
+  return computed_once(computing_, held_levels_, [&] { return ident::held_levels(record_.input); });
+}
+
+double SignalFacts::output_step() const {
+  return computed_once(computing_, output_step_, [&] {
+    return value_step({record_.output.data(), static_cast<std::size_t>(record_.output.size())});
+  });
+}
+
+}  // namespace eha::ident
