@@ -2,6 +2,7 @@
 #include "daemon/record/manifest.hpp"
 
 #include <fmt/chrono.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -381,7 +382,8 @@ void put_report(Manifest& manifest, const acquisition::RunReport& report, const 
 
 void require_plain_files(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
-  constexpr int kDeepest = 2;  // models/rejected
+  constexpr int kDeepest = 2;                                       // models/rejected
+  constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 30U;  // a day at 0.1 ms has 51 GiB of journal
   std::error_code error;
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
@@ -390,6 +392,13 @@ void require_plain_files(const std::filesystem::path& folder) {
     if (type == fs::file_type::fifo || type == fs::file_type::character || type == fs::file_type::block ||
         type == fs::file_type::socket) {
       throw DataError(os::shown(entry->path()) + ": a pipe or a device, not a file of a run; remove it");
+    }
+    if (type == fs::file_type::regular) {
+      const std::uintmax_t bytes = fs::file_size(entry->path(), ignored);
+      if (!ignored && bytes > kMostBytes) {
+        throw DataError(fmt::format("{}: {} GiB, where no file of a run has more than {}; remove it",
+                                    os::shown(entry->path()), bytes >> 30U, kMostBytes >> 30U));
+      }
     }
     if (entry.depth() >= kDeepest) entry.disable_recursion_pending();
   }

@@ -42,7 +42,9 @@ void require_unchanged(const std::filesystem::path& path, const Manifest& manife
   if (!manifest.outcome) return;  // The journal of a run that is still going grows.
   for (const FileEntry& entry : manifest.files) {
     if (entry.path != path.filename().string()) continue;
-    if (entry.sha256 == sha256_of_file(path)) return;
+    const auto bytes = entry.other.find("bytes");
+    const bool has_size = bytes == entry.other.end() || *bytes == std::filesystem::file_size(path);
+    if (has_size && entry.sha256 == sha256_of_file(path)) return;
     throw DataError(os::shown(path) + ": changed since the run (its SHA-256 is not the one in " +
                     std::string(kManifestFile) + "); restore it, or move it away to read the journal instead");
   }

@@ -70,6 +70,28 @@ TEST_F(RunFolder, IsRefusedWithAPipeOrADeviceAmongItsFiles) {
   EXPECT_NO_THROW(static_cast<void>(read_run(finished.folder)));
 }
 
+/// A sparse file takes no space on the disk, and hours to read.
+TEST_F(RunFolder, IsRefusedWithAFileThatNoRunHas) {
+  for (const char* name : {"raw.ehalog", "raw.h5", "fit.csv", "models/io.json"}) {
+    const play::FinishedRun finished = run();
+    const auto path = finished.folder / name;
+    if (!std::filesystem::exists(path)) std::ofstream(path) << "{}";
+    std::filesystem::resize_file(path, std::uintmax_t{1} << 40U);
+    for (const bool reads : {true, false}) {
+      try {
+        if (reads) {
+          static_cast<void>(read_run(finished.folder));
+        } else {
+          static_cast<void>(recover_run(finished.folder));
+        }
+        ADD_FAILURE() << name;
+      } catch (const DataError& error) {
+        EXPECT_NE(std::string(error.what()).find(std::string(name) + ": 1024 GiB"), std::string::npos) << error.what();
+      }
+    }
+  }
+}
+
 TEST_F(RunFolder, NoticesARawRecordThatWasChangedSinceTheRunEvenAfterTheManifestWasFinished) {
   const play::FinishedRun finished = run();
   std::string raw = os::read_file(finished.folder / kRawFile);
