@@ -10,6 +10,8 @@
 #include <system_error>
 #include <vector>
 
+#include "config/rig_config.hpp"
+#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/terminal_text.hpp"
 #include "daemon/control/client.hpp"
@@ -28,6 +30,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -230,6 +233,17 @@ bool is_of_rod(std::string_view description) {
          std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });
 }
 
+/// Whether a run moved a machine; so does one whose rig file cannot be read.
+bool moves_machine(const Json& manifest) {
+  try {
+    return hal::moves_machine(config::parse_rig(manifest.at("rig").at("text").get<std::string>(), "run.json").backend);
+  } catch (const Json::exception&) {
+    return true;
+  } catch (const Error&) {
+    return true;
+  }
+}
+
 /// Returns the next commands for a run. @param entry  of the service's queue; null if no service has the run
 std::vector<std::string> next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry,
                                  const suggest::RigAccess& rig) {
@@ -243,8 +257,7 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
   if (!has_rows(command.run)) {  // nothing to fit or to draw
     const std::string fault = manifest.report ? manifest.report->description : std::string();
-    const bool moves = manifest.other.value(Json::json_pointer("/device/backend"), std::string()) != "sim";
-    return {is_of_rod(fault) ? next_after_trip(fault, moves, rig) : "eha doctor"};
+    return {is_of_rod(fault) ? next_after_trip(fault, moves_machine(manifest.other), rig) : "eha doctor"};
   }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
