@@ -217,8 +217,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
           "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
           "valve's, so that {} alone explains their change and the valve may be the same; {}",
           titles[run.bent_map->is_first ? 0 : i],
-          is_leak ? "as where oil leaks past the piston" : "and by the valve sheet nothing leaks", run.bent_map->shift,
-          model.input_unit, is_leak ? "a leak" : "dry friction",
+          is_leak ? "as where oil leaks past the piston" : "and by the valve sheet too slowly for a leak",
+          run.bent_map->shift, model.input_unit, is_leak ? "a leak" : "dry friction",
           is_leak ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
                   : "two valve sheets (`eha characterise`) compare the valve alone");
       subject.map_cause = is_leak ? report::MapCause::leak : report::MapCause::friction;

@@ -73,7 +73,8 @@ std::string cause_sentence(const ComparedSubject& subject) {
   }
   return text +
          (subject.is_tight
-              ? "By the valve sheets nothing leaks, so that dry friction or the load is another one: friction takes a "
+              ? "By the valve sheets the rods creep too slowly for a leak, so that dry friction or the load is another "
+                "one: friction takes a "
                 "part of the gain and bends the edges of the dead band. Move the rod by hand, and look at seals, "
                 "guides "
                 "and load."

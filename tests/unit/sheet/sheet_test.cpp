@@ -108,7 +108,7 @@ TEST(ValveSheetPage, NamesALeakWhereTheRodCreepsWithinTheDeadBand) {
   std::vector<std::string> missing;
   run.sheet.creep_in_per_s = ident::Measured{0.0011, 0.0001};
   EXPECT_FALSE(ident::leak_of(run.sheet));
-  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("the rod hardly moves: by 0.0011 in/s"),
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("the rod hardly moves: at 0.0011 in/s"),
             std::string::npos);
   run.sheet.creep_in_per_s = ident::Measured{0.0001, 0.0002};
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("The rod stands from"), std::string::npos);
