@@ -78,12 +78,12 @@ std::vector<NamedText> rod_lines(const Json& rod, const DisplayUnit& unit) {
       {"rod", fmt::format("{:.3f} {}  {}", length("displacement_in"), unit.of("in"),
                           travel_bar(length("displacement_in"), length("travel_min_in"), length("travel_max_in")))});
   const Json& noise = rod.at("noise_in");
-  lines.push_back(
-      {"sensor",
-       fmt::format(
-           "{:+.4f} V, code {}{}{}", rod.at("feedback_V").get<double>(), rod.at("feedback_code").get<std::uint32_t>(),
-           noise.is_null() ? "" : fmt::format(", noise {:.2g} {} RMS", factor * noise.get<double>(), unit.of("in")),
-           rod.value("at_rail", false) ? ", AT THE END OF THE CONVERTER" : "")});
+  lines.push_back({"sensor", fmt::format("{:+.4f} V, code {}{}{}", rod.at("feedback_V").get<double>(),
+                                         rod.at("feedback_code").get<std::uint32_t>(),
+                                         noise.is_null() ? ", noise not known yet (at rest only)"
+                                                         : fmt::format(", noise {:.2g} {} RMS",
+                                                                       factor * noise.get<double>(), unit.of("in")),
+                                         rod.value("at_rail", false) ? ", AT THE END OF THE CONVERTER" : "")});
   lines.push_back({"lines", line_text(rod)});
   const std::string beyond = beyond_limit(rod.at("displacement_in"), travel_of(rod), unit);
   if (!beyond.empty()) {
