@@ -47,10 +47,8 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
   return fmt::format(
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
       "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
-      "rod), oil past the piston; if all is sound, null or dead band of [following], where the file has it, is wrong: "
-      "`eha characterise` measures both; if it trips, too, comment [following] out in the rig file first (where ehad "
-      "runs: eha disarm, eha reload, eha arm)",
-      factor * moved_in, factor * due_in, length);
+      "rod), oil past the piston{3}",
+      factor * moved_in, factor * due_in, length, kWrongNull);
 }
 
 std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
@@ -114,13 +112,15 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
       return "the device is gone; check the card and its driver";
     case Fault::consecutive_late:
       return fmt::format(
-          "{:.0f} ticks in a row were late or skipped, the limit is {:.0f} (realtime.abort_consecutive_late); see the "
-          "latency in run.json and try eha doctor",
+          "{:.0f} ticks in a row were late or skipped, the limit is {:.0f} (abort_consecutive_late in [realtime] of "
+          "the rig file); what was recorded until then is kept; `eha doctor` and `eha latency` say what keeps the "
+          "computer busy: mend that before you raise the limit",
           value, limit);
     case Fault::total_late:
       return fmt::format(
-          "{:.0f} ticks were late or skipped, the limit is {:.0f} (realtime.abort_total_late, one is forgiven each "
-          "second); see the latency in run.json and try eha doctor",
+          "{:.0f} ticks were late or skipped, the limit is {:.0f} (abort_total_late in [realtime] of the rig "
+          "file, one is forgiven each second); what was recorded until then is kept; `eha doctor` and `eha latency` "
+          "say what keeps the computer busy: mend that before you raise the limit",
           value, limit);
     case Fault::second_stop:
       return "stopped at once by a second stop request";

@@ -29,13 +29,30 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
       rig_file);
 }
 
-std::string way_out_without_following(std::string_view fault) {
-  if (!fault.starts_with(acquisition::to_text(acquisition::Fault::not_following))) return {};
-  return fmt::format(
-      "without [following] volts more than {:g} V from 0 must move the rod. If rod, sensor and hydraulics are sound, "
-      "null or dead band of this valve reach farther: write estimates of them into [following] (see FOLLOWING in "
-      "eha-rig(5)), then measure again",
-      acquisition::kFallbackDeadBand_V);
+WayOut way_out_without_following(std::string_view fault, const std::string& rig_file) {
+  using acquisition::Fault;
+  const std::string_view name = fault.substr(0, fault.find(' '));
+  if (name != acquisition::to_text(Fault::not_following) && name != acquisition::to_text(Fault::no_motion)) return {};
+  return {
+      fmt::format(
+          "{} has no [following]: volts more than {:g} V from 0 must then move the rod, and where an edge of the dead "
+          "band lies farther, or its middle far from safe_V, the search for it gives up. If rod, sensor and "
+          "hydraulics are sound, write estimates, from the valve's data sheet say, into {} as below (where ehad "
+          "runs: eha disarm, eha reload, eha arm), then measure again, which replaces them",
+          rig_file, acquisition::kFallbackDeadBand_V, rig_file),
+      "For the rig file, with the valve's own numbers:\n\n"
+      "[following]\n"
+      "gain_positive_in_per_V_s = 0.07  # half of speed over volts outside the\n"
+      "gain_negative_in_per_V_s = 0.07  # dead band, extending and retracting\n"
+      "null_V = 0.0                     # middle of the dead band\n"
+      "dead_band_V = 0.3                # half of it, and 0.05 V more\n"};
+}
+
+std::string without_causes_of_following(std::string description) {
+  if (const auto at = description.find(acquisition::kWrongNull); at != std::string::npos) {
+    description.erase(at, acquisition::kWrongNull.size());
+  }
+  return description;
 }
 
 }  // namespace eha::cli

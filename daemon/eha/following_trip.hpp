@@ -11,7 +11,15 @@ namespace eha::cli {
 /// @param fault  its name, such as "no_motion", or a sentence that begins with it
 [[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file);
 
-/// The same of a rig file without [following], where the valve's edges may lie beyond what its rule allows.
-[[nodiscard]] std::string way_out_without_following(std::string_view fault);
+/// The same of a rig file without [following], where the valve's edges may lie beyond what its rules allow, and the
+/// lines to write into the file.
+struct WayOut {
+  std::string sentence;  ///< empty for another fault
+  std::string lines;
+};
+[[nodiscard]] WayOut way_out_without_following(std::string_view fault, const std::string& rig_file);
+
+/// The description of the end of a characterisation without the causes in [following] that the rig file has not.
+[[nodiscard]] std::string without_causes_of_following(std::string description);
 
 }  // namespace eha::cli

@@ -223,16 +223,18 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   const bool characterises = experiment.characterises();
   const play::FinishedRun& run = acquired.run;
   if (!acquisition::is_whole(run.report.outcome)) {
-    const std::string end = acquisition::describe(run.report, unit);
+    std::string end = acquisition::describe(run.report, unit);
+    if (characterises && !rig.limits.following) end = without_causes_of_following(std::move(end));
     console.error(shows_its_cause(run.folder) ? record::without_remedy(end) : end);
   }
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   if (characterises) {
     const std::string end = acquisition::describe(run.report, unit);
-    const std::string way_out =
-        rig.limits.following ? way_out_of_following(end, rig.file_name) : way_out_without_following(end);
-    if (!way_out.empty()) console.info(way_out);
+    const WayOut way_out = rig.limits.following ? WayOut{way_out_of_following(end, rig.file_name), {}}
+                                                : way_out_without_following(end, rig.file_name);
+    if (!way_out.sentence.empty()) console.info(way_out.sentence);
+    if (!way_out.lines.empty()) console.print(way_out.lines);
   }
   const bool has_other_valve = experiment.played() != nullptr && explain_trip(folder, console);
   std::error_code unknown;
@@ -269,6 +271,8 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
         next_after_trip(acquisition::describe(run.report, unit), hal::moves_machine(rig.backend), console.rig()));
   } else if (characterises && code == ExitCode::safety_trip) {
     console.next_step(suggest::read(console.rig()));
+  } else if (characterises && code == ExitCode::deadline) {
+    console.next_step("eha doctor");
   } else if (has_page) {
     if (has_other_valve) console.next_step(suggest::characterise(console.rig()));
     console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));

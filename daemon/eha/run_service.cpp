@@ -98,7 +98,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   const std::string units = rig.value("units", "");
   const auto code = static_cast<ExitCode>(entry.value("exit_code", static_cast<int>(ExitCode::bug)));
   const std::string folder = entry.value("folder", "");
-  const std::string note = entry.value("note", "");
+  std::string note = entry.value("note", "");
   if (!has_completed(entry)) learn_if_disarmed(command, console);
   for (const Json& sentence : entry.value("warnings", Json::array())) console.warning(sentence.get<std::string>());
   const bool is_done = code == ExitCode::ok || code == ExitCode::model_rejected;
@@ -109,13 +109,19 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
     return show_valve_sheet(record::OpenRun(folder), SheetFiles::keep, rig_file, console);
   }
   if (purpose == record::Purpose::tracking) return show_track(record::OpenRun(folder), TrackFiles::keep, console);
+  const bool has_following = rig.value("characterised", false);
+  const bool measured_valve =
+      code == ExitCode::safety_trip && purpose_of(folder, console) == record::Purpose::valve_sheet;
+  if (measured_valve && !has_following) note = without_causes_of_following(std::move(note));
   if (code != ExitCode::ok && !note.empty()) {
     console.error(!folder.empty() && shows_its_cause(folder) ? record::without_remedy(note) : note);
   }
-  if (code == ExitCode::safety_trip && purpose_of(folder, console) == record::Purpose::valve_sheet) {
-    const std::string way_out = rig.value("characterised", false) ? way_out_of_following(note, rig.value("file", ""))
-                                                                  : way_out_without_following(note);
-    if (!way_out.empty()) console.info(way_out);
+  if (measured_valve) {
+    const std::string file = rig.value("file", "");
+    const WayOut way_out =
+        has_following ? WayOut{way_out_of_following(note, file), {}} : way_out_without_following(note, file);
+    if (!way_out.sentence.empty()) console.info(way_out.sentence);
+    if (!way_out.lines.empty()) console.print(way_out.lines);
   }
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
