@@ -91,9 +91,10 @@ bool wanders(const Model& model, const Verdict& verdict) {
 
 ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (model.provenance.contains(kFrozenOfRecord) && is_off(model, verdict)) return ErrorCause::frozen;
-  if (!model.validation) return ErrorCause::unknown;
+  const bool is_in_loop = model.provenance.contains(kLoopOfRecord);
+  if (!model.validation) return is_in_loop ? ErrorCause::feedback : ErrorCause::unknown;
   if (model.provenance.contains(kSlowRows) && is_off(model, verdict)) return ErrorCause::slow_rows;
-  if (model.provenance.contains(kLoopOfRecord)) return ErrorCause::feedback;
+  if (is_in_loop) return ErrorCause::feedback;
   if (model.validation->end_stop || fails_any(verdict, {Kind::saturated, Kind::far_saturated})) {
     return ErrorCause::end_stop;
   }

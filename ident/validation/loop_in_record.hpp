@@ -12,6 +12,9 @@ namespace eha::ident {
 /// are predicted from the rows before, and what moves the output beside them, v, is in the input's w of the same row at
 /// once, against the plant's gain. Needs no model of the plant, and no reference. A loop whose delay is a row or more,
 /// or whose noise is small beside the motion of its reference, is not seen here (see ResidualTests::future_input).
+/// A plant that answers in the same row may do so against its gain, too. What is left of v without its part in w is
+/// noise then, which the input of a loop answers in the rows that follow, and one that was played does not. Without
+/// anything left (noise alone goes round the loop, its reference at rest) the two look alike, and none is seen.
 /// A smooth input, which its own past predicts, is not judged: there v and w hold what is not linear or between rows.
 /// @returns the correlation of v and w where it is beyond -0.3 against a positive gain (0.3 against a negative one) and
 /// far beyond chance; none otherwise. Cost O(N); of long records the first 20 000 rows.

@@ -110,7 +110,7 @@ void judge_test(Kind kind, const ResidualTest& test, double level, std::size_t s
 
 /// Whether the plant is what the structure can be, and how far off the model is.
 /// @param samples  that show an answer of the plant
-/// @param is_in_loop  the record shows a controller, whatever the tests say
+/// @param is_in_loop  the record shows a controller, whatever the tests say: judge_loop() has that
 void judge_plant(const ResidualTests& tests, std::size_t samples, bool is_in_loop, Judgement& judgement) {
   const auto fails_none_before = [&, nonlinear = tests.nonlinearity] {
     return tests.input.p >= kResidualLevel && (!nonlinear || nonlinear->test.p >= kNonlinearLevel);
@@ -119,9 +119,7 @@ void judge_plant(const ResidualTests& tests, std::size_t samples, bool is_in_loo
     judge_test(Kind::nonlinearity, tests.nonlinearity->test, kNonlinearLevel, samples, judgement);
   }
   // What the plant makes of past input may look like feedback.
-  if (is_in_loop) {
-    judgement.criterion(Kind::future_input, tests.future_input ? tests.future_input->p : 0.0, kFeedbackLevel, false);
-  } else if (tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
+  if (!is_in_loop && tests.future_input && tests.future_input->degrees > 0 && fails_none_before()) {
     judge_test(Kind::future_input, *tests.future_input, kFeedbackLevel, samples, judgement);
   }
   if (!tests.error) return;
@@ -149,6 +147,14 @@ void judge_tests(const ValidationReport& validation, bool is_in_loop, Judgement&
   if (const auto& drift = validation.tests->drift) {
     judgement.criterion(Kind::residual_drift, drift->change, drift->expected, drift->change <= drift->expected);
   }
+}
+
+/// Of a record that shows a controller, tests or none.
+void judge_loop(const Model& model, Judgement& judgement) {
+  if (!model.provenance.contains(kLoopOfRecord)) return;
+  const auto& tests = model.validation ? model.validation->tests : std::nullopt;
+  judgement.criterion(Kind::future_input, tests && tests->future_input ? tests->future_input->p : 0.0, kFeedbackLevel,
+                      false);
 }
 
 void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
@@ -305,6 +311,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   } else {
     judgement.lower(Grade::rejected);
   }
+  judge_loop(model, judgement);
   if (facts.error_over_refit) {
     judgement.criterion(Kind::error_over_refit, *facts.error_over_refit, kGreatestErrorOverRefit,
                         *facts.error_over_refit <= kGreatestErrorOverRefit);

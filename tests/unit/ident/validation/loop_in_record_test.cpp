@@ -9,6 +9,7 @@
 #include <functional>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "tests/unit/ident/synthetic_record.hpp"
 
@@ -75,6 +76,49 @@ TEST(LoopInRecord, IsNotSeenInOpenLoop) {
     }
     const auto smooth = [&](Eigen::Index k, double) { return sine(k) + 0.5 * sine(3 * k + 40); };
     EXPECT_FALSE(loop_in_record(loop_record_of(smooth, 0.001, draw, dead_band)).has_value()) << seed;
+  }
+}
+
+struct FastPlant {
+  std::vector<double> a;  // of the rows of the output before
+  std::vector<double> b;  // of the input, from the same row on
+};
+
+TEST(LoopInRecord, IsNotSeenOfPlantsThatAnswerInTheSameRow) {
+  const std::vector<FastPlant> plants{{{}, {1.0}},
+                                      {{}, {-1.0}},
+                                      {{0.9}, {1.0, -0.8}},
+                                      {{0.95}, {1.0, -0.99}},
+                                      {{0.1}, {0.9}},
+                                      {{}, {-1.0, 3.0}},
+                                      {{0.9}, {-0.5, 1.0}},
+                                      {{0.98}, {-0.5, 0.55}},
+                                      {{1.2, -0.36}, {-0.3, 0.5, 0.1}},
+                                      {{1.6, -0.9}, {-0.1, 0.3, 0.2}}};
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    std::mt19937_64 draw(seed);
+    for (const Eigen::Index rows : {Eigen::Index{1}, Eigen::Index{3}, Eigen::Index{10}}) {
+      for (const double noise : {0.0, 0.001, 0.01, 0.1}) {
+        for (std::size_t nth = 0; nth < plants.size(); ++nth) {
+          Record record;
+          record.step_s = kLoopStep_s;
+          record.input = levels(rows, draw);
+          record.input.head(10).setZero();
+          record.output = Eigen::VectorXd::Zero(kLoopRows);
+          for (Eigen::Index k = 10; k < kLoopRows; ++k) {
+            for (std::size_t i = 0; i < plants[nth].b.size(); ++i) {
+              record.output[k] += plants[nth].b[i] * record.input[k - static_cast<Eigen::Index>(i)];
+            }
+            for (std::size_t i = 0; i < plants[nth].a.size(); ++i) {
+              record.output[k] += plants[nth].a[i] * record.output[k - 1 - static_cast<Eigen::Index>(i)];
+            }
+          }
+          for (double& y : record.output) y += noise * normal(draw);
+          EXPECT_FALSE(loop_in_record(record).has_value())
+              << "plant " << nth << ", noise " << noise << ", levels of " << rows << " rows, seed " << seed;
+        }
+      }
+    }
   }
 }
 

@@ -816,6 +816,26 @@ TEST(Verdict, SaysWhatKindOfPlantTheResidualShows) {
   EXPECT_NE(verdict.reasons.at(0).find("a controller closes the loop"), std::string::npos) << verdict.reasons[0];
 }
 
+TEST(Verdict, LowersTheGradeOfARecordInClosedLoopWithTestsOrWithout) {
+  Model tested = good_model();
+  tested.provenance[kLoopOfRecord] = "-0.70";
+  Model untested = tested;
+  untested.validation->tests.reset();
+  Model of_noisy_input = tested;
+  of_noisy_input.validation->input_noise = InputNoise{};
+  Model without_validation = tested;
+  without_validation.validation.reset();
+  for (const Model& model : {tested, untested, of_noisy_input, without_validation}) {
+    const Verdict verdict = judge(model, {});
+    EXPECT_EQ(verdict.grade, Grade::usable);
+    EXPECT_FALSE(criterion_of(verdict, "future_input_p").passed);
+    EXPECT_NE(verdict.reasons.at(0).find("A controller closes the loop"), std::string::npos) << verdict.reasons[0];
+    for (std::size_t i = 1; i < verdict.reasons.size(); ++i) {
+      EXPECT_EQ(verdict.reasons[i].find("The output moves the input"), std::string::npos) << verdict.reasons[i];
+    }
+  }
+}
+
 TEST(Verdict, GradesByTheErrorOnAFreshInput) {
   Model model = good_model();
   ResidualTests& tests = model.validation->tests.value();
