@@ -195,7 +195,9 @@ Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
   if (active_) {
     active_->stop->request();
     const int count = active_->stop->count();
-    if (active_->stopped_by.empty()) active_->stopped_by = peer.user;
+    // A stop of one experiment alone comes from the command that follows it.
+    if (active_->stopped_by.empty())
+      active_->stopped_by = fmt::format("{} of {}", only ? "Ctrl-C" : "eha stop", peer.user);
     // Further stops change nothing, and a flood of them must not fill the log.
     if (count <= 2) {
       spdlog::warn("experiment {}: stop by {} (uid {}, pid {}): {}", active_->entry, peer.user, peer.uid, peer.pid,

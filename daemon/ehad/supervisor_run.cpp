@@ -80,8 +80,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));
-  if (outcome == Outcome::interrupted && !stopped_by.empty())
-    entry.note += fmt::format(" (eha stop of {})", stopped_by);
+  if (outcome == Outcome::interrupted && !stopped_by.empty()) entry.note += fmt::format(" ({})", stopped_by);
   if (outcome == Outcome::interrupted && stopped_by.empty() && shutting_down_) entry.note += " (ehad was ended)";
   const bool is_unguarded = rig_.guard() == GuardState::died;
   for (const std::string& sentence :

@@ -231,6 +231,9 @@ TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
   EXPECT_EQ(stopped.code, 130) << stopped.err;
   EXPECT_NE(stopped.err.find("ramping out"), std::string::npos) << stopped.err;
   EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
+  const auto note_of = [&](int entry) { return entry_of(daemon, entry).at("note").get<std::string>(); };
+  EXPECT_NE(note_of(1).find("(eha stop of "), std::string::npos) << note_of(1);
+  EXPECT_NE(note_of(2).find("(Ctrl-C of "), std::string::npos) << note_of(2);
 }
 
 /// The process that checks an experiment for the service, if there is one now.
