@@ -108,7 +108,9 @@ Json describe(const Entry& entry) {
 
 std::string bad_end_of(const Entry& entry) {
   std::string text = fmt::format("experiment {}: {}", entry.id, entry.outcome);
-  if (!entry.note.empty()) text += ": " + record::without_remedy(entry.note);
+  // What the disk said is the whole of such an end, and stands last in its note.
+  const bool is_of_disk = entry.outcome == acquisition::to_text(acquisition::Outcome::write_failed);
+  if (!entry.note.empty()) text += ": " + (is_of_disk ? entry.note : record::without_remedy(entry.note));
   if (!entry.run.empty()) text += "; run " + entry.run;
   return text;
 }

@@ -57,7 +57,10 @@ class ServiceDisk : public ::testing::Test {
     Json over = follow(daemon_, entry_);
     EXPECT_EQ(over.at("outcome"), "write_failed") << over;
     EXPECT_EQ(over.at("exit_code"), static_cast<int>(ExitCode::io));
-    EXPECT_EQ(client_->call("status").at("state"), "idle");
+    const Json status = client_->call("status");
+    EXPECT_EQ(status.at("state"), "idle");
+    const std::string note = over.at("note");
+    EXPECT_NE(status.at("reason").get<std::string>().find(note), std::string::npos) << status << note;
     return over;
   }
 
