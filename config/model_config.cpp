@@ -18,6 +18,7 @@ namespace {
 using ident::Freedom;
 using ident::InitialState;
 
+constexpr std::size_t kMostModels = 64;
 constexpr auto kInitialStates = std::to_array<std::pair<std::string_view, InitialState>>(
     {{"auto", InitialState::automatic}, {"none", InitialState::none}, {"estimated", InitialState::estimated}});
 constexpr auto kDelays = std::to_array<std::pair<std::string_view, Freedom>>({{"free", Freedom::free}});
@@ -233,6 +234,9 @@ void check_model(const ident::StructureOptions& model, const std::string& path, 
 }
 
 void check_models(const std::vector<ident::StructureOptions>& models, ident::Procedure procedure, Document& document) {
+  if (models.size() > kMostModels) {
+    return add_fault(document, "model", fmt::format("at most {} tables", kMostModels), std::to_string(models.size()));
+  }
   for (std::size_t i = 0; i < models.size(); ++i) {
     const std::string path = fmt::format("model[{}]", i);
     if (!document.issues.clean(path)) continue;

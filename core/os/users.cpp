@@ -15,6 +15,7 @@ namespace eha::os {
 namespace {
 
 constexpr uid_t kLeastSubordinate = 65536;  // smaller uids are those of the machine's users
+constexpr uid_t kNobody = 65534;
 constexpr std::size_t kBuffer = 16 * 1024;
 
 /// Returns the first user of a file like /etc/passwd that is wanted.
@@ -58,7 +59,8 @@ uid_t accountable_user(uid_t uid, const std::filesystem::path& subuid, const std
     const auto first = number_of(std::string_view(line).substr(first_at + 1, count_at - first_at - 1));
     const auto count = number_of(std::string_view(line).substr(count_at + 1));
     if (!first || !count || uid < *first || uid - *first >= *count) continue;
-    if (const auto owner = uid_of(line.substr(0, first_at), passwd)) return *owner;
+    // Containers of a manager that runs as root; their users have none of root's rights.
+    if (const auto owner = uid_of(line.substr(0, first_at), passwd)) return *owner == 0 ? kNobody : *owner;
   }
   return uid;
 }

@@ -64,8 +64,8 @@ With -o DIR each model of a file is written to DIR/<model>.json, whatever its ve
 each model's output to DIR/fit.csv, for `eha report`; without -o nothing is written.
 Without --model and without models of an experiment the ladder of structures is climbed, each without and with a valve's
 map, and one is recommended; see eha(1).
-Where the experiment names tones or has repetitions, the measured frequency response is printed beside the models' and
-written to frequency_response.csv; see eha(1).
+Where the experiment names tones or has repetitions, the measured frequency response is written to
+frequency_response.csv, and printed beside the models' with -v; see eha(1).
 Exit code 0: a model accepted; 3: all rejected; 4: none converged.
 
 Examples:

@@ -98,8 +98,9 @@ Json Supervisor::status() const {
                        {"user", holder->user},
                        {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};
   }
-  // Before its first tick a run has no reading of the rod.
-  const bool has_ticked = active_ && active_->playing && active_->watch->board.read().counters.ticks > 0;
+  // Before its first tick a run has no reading of the rod; a while after its last one the reading is of the past.
+  const bool is_over = active_ && active_->played && Clock::now() - *active_->played > RodView::kLongestAge;
+  const bool has_ticked = active_ && active_->playing && active_->watch->board.read().counters.ticks > 0 && !is_over;
   status["rod"] = has_ticked ? rig_.rod(active_->watch->board.read()) : rig_.rod();
   status["run"] = nullptr;
   if (active_) {

@@ -15,12 +15,16 @@ class Health {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds kLoopPatience{2};
+  /// While a card that refuses the safe voltage is closed, its guard has 10 s, and each call to the card up to 1 s.
+  static constexpr std::chrono::seconds kUnsafePatience{20};
   static constexpr std::chrono::seconds kWriterPatience{10};
 
   /// @param watch  of the present run; none between runs
   /// @param idle_beats  of the rig's thread
+  /// @param loop_patience  with the loop; kUnsafePatience for a card that has not confirmed the safe voltage
   /// @returns empty if all make progress, otherwise the part that does not
-  [[nodiscard]] std::string check(const play::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now) {
+  [[nodiscard]] std::string check(const play::RunWatch* watch, std::uint64_t idle_beats, Clock::time_point now,
+                                  std::chrono::seconds loop_patience = kLoopPatience) {
     using Phase = play::RunWatch::Phase;
     const Phase phase = watch != nullptr ? watch->phase.load() : Phase::preparing;
     // The time to write the files grows with the record; nothing is driven then.
@@ -30,7 +34,7 @@ class Health {
     const std::uint64_t writer_count = watch == nullptr ? 0 : watch->writer_turns.load();
     if (!loop_is_watched || loop_.has_moved(watch, loop_count)) loop_.at = now;
     if (!writer_is_watched || writer_.has_moved(watch, writer_count)) writer_.at = now;
-    if (now - loop_.at > kLoopPatience) return "the loop stands still";
+    if (now - loop_.at > loop_patience) return "the loop stands still";
     if (now - writer_.at > kWriterPatience) return "the writer of the record stands still";
     return {};
   }

@@ -42,7 +42,17 @@ RigKeeper::RigKeeper(Config config, std::filesystem::path snapshot, Mailbox& mai
     : config_(std::move(config)),
       snapshot_(std::move(snapshot)),
       thread_(std::make_unique<Background>("eha-rig", mailbox)) {
-  open(*config_);
+  if (moves_machine()) hold_folder();
+  try {
+    open(*config_);
+  } catch (const DeviceError& error) {
+    // Without its snapshot the process before this one had made the card safe, or there was none.
+    if (!moves_machine() || !std::filesystem::exists(snapshot_)) throw;
+    spdlog::critical("{}; ITS OUTPUT IS NOT CONFIRMED SAFE since the process before this one; tried again every second",
+                     error.what());
+    is_unsafe_ = true;
+    is_suspect_ = true;
+  }
   thread_->when_idle(kIdleRead, [this] { read_idle_rig(); });
 }
 
@@ -306,6 +316,13 @@ void RigKeeper::reconfigure(Config config, Done done) {
     std::promise<void> taken;
     taken.set_value();
     return done(taken.get_future());
+  }
+  if (is_unsafe_) {
+    std::promise<void> refused;
+    refused.set_exception(std::make_exception_ptr(
+        DeviceError("not reloaded: the output of the card in use is not confirmed safe, and another rig file may name "
+                    "another card; use the emergency stop, and reload once ehad has made it safe")));
+    return done(refused.get_future());
   }
   ++reconfiguring_;
   ++reopening_;

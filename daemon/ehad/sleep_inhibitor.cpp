@@ -77,8 +77,20 @@ class Logind {
  private:
   static int on_sleep(sd_bus_message* message, void* self, sd_bus_error*) {
     int begins = 0;
-    if (sd_bus_message_read(message, "b", &begins) >= 0 && begins != 0) static_cast<Logind*>(self)->about_to_sleep_();
+    const bool is_told = sd_bus_message_read(message, "b", &begins) >= 0 && begins != 0;
+    if (is_told && is_trusted(message)) static_cast<Logind*>(self)->about_to_sleep_();
     return 0;
+  }
+
+  /// Whether root, as logind is, or this user sent a message: the bus delivers anybody's signal that is addressed to
+  /// this connection.
+  static bool is_trusted(sd_bus_message* message) {
+    sd_bus_creds* sender = nullptr;
+    uid_t uid = 0;
+    const bool is_known =
+        sd_bus_query_sender_creds(message, SD_BUS_CREDS_EUID, &sender) >= 0 && sd_bus_creds_get_euid(sender, &uid) >= 0;
+    sd_bus_creds_unref(sender);
+    return is_known && (uid == 0 || uid == geteuid());
   }
 
   std::function<void()> about_to_sleep_;

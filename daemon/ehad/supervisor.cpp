@@ -359,7 +359,10 @@ void Supervisor::poll_suspend() {
 
 void Supervisor::poll_health(Clock::time_point now) {
   const play::RunWatch* watch = active_ && active_->playing ? active_->watch.get() : nullptr;
-  const std::string fault = health_.check(watch, rig_.idle_beats(), now);
+  if (watch != nullptr && watch->phase.load() > play::RunWatch::Phase::playing && !active_->played)
+    active_->played = now;
+  const std::string fault =
+      health_.check(watch, rig_.idle_beats(), now, rig_.is_unsafe() ? Health::kUnsafePatience : Health::kLoopPatience);
   if (fault.empty()) {
     notifier_.feed_watchdog();
   } else if (health_was_good_) {

@@ -98,9 +98,10 @@ class Supervisor {
     bool playing = false;  ///< in the rig's thread, which owns the state machine meanwhile
     std::shared_ptr<play::RunWatch> watch;
     std::shared_ptr<acquisition::StopRequest> stop;
-    std::string stopped_by = {};  ///< the first stop and its user
-    bool lost_client = false;     ///< whose connection had to be open until it plays
-    std::string moved = {};       ///< the rod did, or its reading, before it plays; says how
+    std::string stopped_by = {};                   ///< the first stop and its user
+    std::optional<Clock::time_point> played = {};  ///< when the loop was seen to have ended
+    bool lost_client = false;                      ///< whose connection had to be open until it plays
+    std::string moved = {};                        ///< the rod did, or its reading, before it plays; says how
   };
 
   /// Experiments of one request; all of them or none enter the queue.

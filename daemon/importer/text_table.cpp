@@ -492,6 +492,7 @@ class TextTable final : public Table {
     const double read = static_cast<double>(lines_.size()) * std::max(lines_.share(), 1e-9);
     const double lines = static_cast<double>(lines_.line());
     const double expected = std::min(left * static_cast<double>(lines_.size()) / read * lines, double{kMostRows});
+    if (!(expected > 0.0)) return;  // a pipe, whose length nobody knows
     // Lines get longer as the time does, so this is rather too much than too little.
     for (auto& column : rows.columns) column.reserve(static_cast<std::size_t>(expected) + 1);
   }

@@ -24,6 +24,7 @@ namespace {
 constexpr double kWorstScaleShare = 0.1;
 constexpr double kLeastSpread_V = 0.1;
 constexpr double kLeastSpread_in = 0.1;
+constexpr double kAnotherSensor = 1.5;   // ratio of scales beyond which what was measured must be measured anew
 constexpr double kDistinctShare = 0.05;  // of the spread: least difference of two positions
 
 /// Returns the byte offset of a position in a text.
@@ -253,6 +254,12 @@ std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration&
       std::abs(hal::conversion_of(changed.backend).scale_in_per_V / hal::conversion_of(rig.backend).scale_in_per_V);
   following.gain_positive_in_per_V_s *= factor;
   following.gain_negative_in_per_V_s *= factor;
+  // Another sensor, or a scale that was wrong all along: the gains follow, but nobody has measured by this sensor.
+  if (std::max(factor, 1.0 / factor) > kAnotherSensor) {
+    return with_values(changed, "following",
+                       {{"gain_positive_in_per_V_s", fmt::format("{:.4g}", following.gain_positive_in_per_V_s)},
+                        {"gain_negative_in_per_V_s", fmt::format("{:.4g}", following.gain_negative_in_per_V_s)}});
+  }
   following.measured_rig_check = config::measured_rig_check_of(changed.backend);
   return rig_text_with(changed, following);
 }

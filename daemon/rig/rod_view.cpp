@@ -61,6 +61,7 @@ void RodView::begin(const hal::RigCapabilities& rig) {
 void RodView::add(const hal::RigReading& reading) {
   const std::lock_guard lock(mutex_);
   last_ = reading;
+  read_at_ = std::chrono::steady_clock::now();
   positions_in_[added_++ % kKept] = reading.displacement_in;
   error_.clear();
 }
@@ -69,6 +70,7 @@ void RodView::moved_to(double displacement_in) {
   const std::lock_guard lock(mutex_);
   if (added_ == 0) return;
   last_.displacement_in = displacement_in;
+  read_at_ = std::chrono::steady_clock::now();
   positions_in_[0] = displacement_in;
   added_ = 1;
 }
@@ -83,6 +85,11 @@ Json RodView::describe(const config::RigLimits& limits) const {
   const std::lock_guard lock(mutex_);
   if (!error_.empty()) return {{"error", error_}};
   if (added_ == 0) return nullptr;
+  const auto age = std::chrono::steady_clock::now() - read_at_;
+  if (age > kLongestAge) {
+    return {{"error", fmt::format("the rod was not read for {:.0f} s: the rig is busy or not open",
+                                  std::chrono::duration<double>(age).count())}};
+  }
   Json rod = rod_json(limits, last_, {has_emergency_stop_, has_enable_contact_},
                       travel_share_at_rest(limits, last_.displacement_in));
   if (const auto noise = noise_in(); noise && rod.at("error").is_null()) rod["noise_in"] = *noise;

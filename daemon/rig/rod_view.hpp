@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,7 @@ namespace eha {
 class RodView {
  public:
   static constexpr std::size_t kKept = 50;
+  static constexpr std::chrono::seconds kLongestAge{2};  ///< of a reading that is shown as the rod's place
 
   /// Resets the view for a newly opened rig.
   void begin(const hal::RigCapabilities& rig);
@@ -27,7 +29,8 @@ class RodView {
   /// Reports that the rig could not be read.
   void fail(hal::RigStatus status);
 
-  /// Returns the member `rod` of ehad-protocol(7) from the last reading; null before the first.
+  /// Returns the member `rod` of ehad-protocol(7) from the last reading; null before the first, an error where that is
+  /// older than kLongestAge.
   [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits) const;
 
   /// The same from a reading during a run, without the noise.
@@ -43,6 +46,7 @@ class RodView {
   bool has_emergency_stop_ = false;
   bool has_enable_contact_ = false;
   hal::RigReading last_;
+  std::chrono::steady_clock::time_point read_at_{};
   std::array<double, kKept> positions_in_{};
   std::size_t added_ = 0;
   std::string error_;  ///< empty: the last reading succeeded

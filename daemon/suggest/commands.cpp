@@ -52,7 +52,7 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
   return result.append(text);
 }
 
-constexpr std::string_view kOnTheBench = "a slow triangle about 0 on the valve's bench";
+constexpr std::string_view kOnTheBench = "a record of a slow triangle of volts about 0, wider than the dead band,";
 
 struct Quotes {
   std::string_view before;

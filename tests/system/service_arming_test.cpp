@@ -210,6 +210,31 @@ TEST_F(ServiceArming, IsMadeSafeOnceACardTakesWritesAgain) {
   }
 }
 
+/// eha-safe has given up on it, and the service was started anew.
+TEST_F(ServiceArming, StartsBesideACardThatNobodyMadeSafeAndMakesItSafe) {
+  start();
+  client_->call("arm");
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("driven", 60.0), false);
+  ASSERT_GT(entry, 0);
+  ASSERT_TRUE(rig_.is_driven(3000));
+  rig_.card().refuses_until_ns = in_ns(std::chrono::hours(1));
+  ASSERT_EQ(kill(daemon_.pid(), SIGKILL), 0);
+  static_cast<void>(daemon_.wait());
+  ASSERT_TRUE(std::filesystem::exists(std::filesystem::path(daemon_.socket()).parent_path() / "safe.json"));
+  daemon_.start();
+  client_ = std::make_unique<Client>(daemon_.socket());
+  EXPECT_EQ(refused(*client_, "stop").code, static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_FALSE(client_->call("status").at("rod").contains("displacement_in")) << "nobody reads it";
+  // Another rig file may name another card.
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# another text\n";
+  EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable));
+  rig_.card().refuses_until_ns = 0;
+  EXPECT_TRUE(becomes_safe(rig_.card())) << daemon_.log();
+  ASSERT_TRUE(daemon_.logs("the output is safe now")) << daemon_.log();
+  client_->call("reload");
+  EXPECT_EQ(client_->call("arm").at("state"), "armed") << daemon_.log();
+}
+
 TEST_F(ServiceArming, IsMadeSafeByAStopWhateverItsState) {
   start();
   rig_.card().output_code = 40000;

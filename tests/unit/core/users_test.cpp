@@ -18,7 +18,7 @@ class AccountableUser : public testing::Test {
     std::ofstream(passwd_) << "root:x:0:0::/root:/bin/sh\nann:x:1001:1001::/home/ann:/bin/sh\n"
                               "bob:x:70001:70001::/home/bob:/bin/sh\n";
     std::ofstream(subuid_) << "nonsense\nann:100000:65536\n1002:165536:65536\ngone:231072:65536\nbob:4294901760:65535\n"
-                              "ann:1:x\n";
+                              "ann:1:x\nroot:1000000:65536\n";
   }
   [[nodiscard]] uid_t of(uid_t uid) const { return accountable_user(uid, subuid_, passwd_); }
 
@@ -33,6 +33,10 @@ TEST_F(AccountableUser, OfASubordinateUidIsItsOwner) {
   EXPECT_EQ(of(165536), 1002U) << "a range of a number";
   EXPECT_EQ(of(4294901760U), 70001U);
   EXPECT_EQ(of(4294967294U), 70001U);
+}
+
+TEST_F(AccountableUser, OfAContainerOfRootIsNobody) {
+  EXPECT_EQ(of(1000123), 65534U) << "its users have none of root's rights";
 }
 
 TEST_F(AccountableUser, OfAnyOtherUidIsItself) {

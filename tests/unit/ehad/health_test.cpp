@@ -69,5 +69,11 @@ TEST_F(HealthTest, LooksAtTheIdleBeatBetweenRuns) {
   EXPECT_NE(health_.check(nullptr, 3, now_ + 7s), "");
 }
 
+TEST_F(HealthTest, WaitsForTheGuardOfACardThatRefusesTheSafeVoltage) {
+  EXPECT_EQ(health_.check(nullptr, 1, now_, Health::kUnsafePatience), "");
+  EXPECT_EQ(health_.check(nullptr, 1, now_ + 14s, Health::kUnsafePatience), "");
+  EXPECT_NE(health_.check(nullptr, 1, now_ + 21s, Health::kUnsafePatience), "");
+}
+
 }  // namespace
 }  // namespace eha::service

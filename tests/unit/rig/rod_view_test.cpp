@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "hal/sim/normal_noise.hpp"
 #include "hal/sim/sim_rig.hpp"
@@ -36,6 +38,20 @@ TEST(RodView, IsNullBeforeTheFirstReadingAndSaysWhyTheRigCannotBeRead) {
   const auto rod = view.describe(limits);
   EXPECT_NE(rod.at("error").get<std::string>().find("timed_out"), std::string::npos);
   EXPECT_FALSE(rod.contains("displacement_in")) << "an old reading must not look like one of now";
+}
+
+TEST(RodView, ShowsNoPlaceThatWasReadLongAgo) {
+  const config::RigLimits limits = limits_between(0.0, 6.0);
+  RodView view;
+  view.begin({});
+  view.add(reading_at(2.0));
+  EXPECT_TRUE(view.describe(limits).contains("displacement_in"));
+  std::this_thread::sleep_for(RodView::kLongestAge + std::chrono::milliseconds(100));
+  const auto rod = view.describe(limits);
+  EXPECT_FALSE(rod.contains("displacement_in")) << rod;
+  EXPECT_NE(rod.at("error").get<std::string>().find("not read for 2 s"), std::string::npos) << rod;
+  view.add(reading_at(2.1));
+  EXPECT_TRUE(view.describe(limits).contains("displacement_in"));
 }
 
 TEST(RodView, SaysThatThereIsNoReadingWhereTheSensorGivesNoNumber) {

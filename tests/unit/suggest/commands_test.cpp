@@ -37,7 +37,7 @@ TEST(Suggestions, NameNoCommandForTheValveOfAForeignRecord) {
   RigAccess rig;
   rig.new_rig_file.clear();
   EXPECT_EQ(completed("shift them further: `eha characterise` measures them", rig),
-            "shift them further: a slow triangle about 0 on the valve's bench measures them");
+            "shift them further: a record of a slow triangle of volts about 0, wider than the dead band, measures them");
 }
 
 TEST(Suggestions, CompleteWhatATextNamesInShort) {
