@@ -42,10 +42,10 @@ WayOut way_out_without_following(std::string_view fault, const std::string& rig_
           rig_file, acquisition::kFallbackDeadBand_V, rig_file),
       "For the rig file, with the valve's own numbers:\n\n"
       "[following]\n"
-      "gain_positive_in_per_V_s = 0.07  # half of speed over volts outside the\n"
-      "gain_negative_in_per_V_s = 0.07  # dead band, extending and retracting\n"
-      "null_V = 0.0                     # middle of the dead band\n"
-      "dead_band_V = 0.3                # half of it, and 0.05 V more\n"};
+      "gain_positive_in_per_V_s = ?     # half of speed over volts outside the\n"
+      "gain_negative_in_per_V_s = ?     # dead band, extending and retracting\n"
+      "null_V = ?                       # middle of the dead band\n"
+      "dead_band_V = ?                  # half of it, and 0.05 V more\n"};
 }
 
 std::string without_causes_of_following(std::string description) {

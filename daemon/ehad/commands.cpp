@@ -75,7 +75,7 @@ acquisition::State Supervisor::state() const { return active_ ? active_->watch->
 Json Supervisor::status() const {
   Json status{{"ehad", EHA_VERSION}, {"state", acquisition::to_text(state())}};
   status["reason"] = state() == acquisition::State::faulted || state() == acquisition::State::idle
-                         ? Json(disarmed_because_)
+                         ? Json(why_disarmed())
                          : Json(nullptr);
   const config::RigConfig& rig = *rig_.config();
   status["rig"] = {{"name", rig.name},
@@ -222,7 +222,7 @@ std::string Supervisor::status_text() const {
                        entry.user, queue, fit);
   }
   if (lease_.holder() && rig_.is_armed()) return fmt::format("armed by {}{}{}", lease_.holder()->user, queue, fit);
-  return fmt::format("{} ({}){}{}; next: eha arm", acquisition::to_text(rig_.state()), disarmed_because_, queue, fit);
+  return fmt::format("{} ({}){}{}; next: eha arm", acquisition::to_text(rig_.state()), why_disarmed(), queue, fit);
 }
 
 }  // namespace eha::service

@@ -15,8 +15,9 @@ class Health {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds kLoopPatience{2};
-  /// While a card that refuses the safe voltage is closed, its guard has 10 s, and each call to the card up to 1 s.
-  static constexpr std::chrono::seconds kUnsafePatience{20};
+  /// Between runs, while a card that refuses the safe voltage is opened and closed: its guard has 12 s, and a dozen
+  /// calls to the card up to 1 s each.
+  static constexpr std::chrono::seconds kUnsafePatience{30};
   static constexpr std::chrono::seconds kWriterPatience{10};
 
   /// @param watch  of the present run; none between runs

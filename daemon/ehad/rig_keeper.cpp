@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
 #include "core/display_unit.hpp"
@@ -15,15 +16,22 @@
 #include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
+#include "hal/snapshot_file.hpp"
 
 namespace eha::service {
 namespace {
 
 constexpr std::chrono::milliseconds kIdleRead{20};
 constexpr std::chrono::seconds kTryAgain{1};
+constexpr std::chrono::seconds kLeftPatience{3};  // a guard that still has the card needs less, unless it refuses
 /// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
 constexpr std::chrono::milliseconds kMovesWithin{500};
+
+constexpr std::string_view kNotReloaded =
+    "not reloaded: the output of the card in use is not confirmed safe, and another rig file may name another card; "
+    "use "
+    "the emergency stop, and reload once ehad has made the card safe";
 
 template <typename TimePoint>
 std::int64_t ns_since_epoch(TimePoint now) {
@@ -42,16 +50,18 @@ RigKeeper::RigKeeper(Config config, std::filesystem::path snapshot, Mailbox& mai
     : config_(std::move(config)),
       snapshot_(std::move(snapshot)),
       thread_(std::make_unique<Background>("eha-rig", mailbox)) {
-  if (moves_machine()) hold_folder();
+  if (std::filesystem::exists(snapshot_)) hold_folder();
   try {
+    make_left_card_safe(kLeftPatience);
     open(*config_);
-  } catch (const DeviceError& error) {
-    // Without its snapshot the process before this one had made the card safe, or there was none.
-    if (!moves_machine() || !std::filesystem::exists(snapshot_)) throw;
-    spdlog::critical("{}; ITS OUTPUT IS NOT CONFIRMED SAFE since the process before this one; tried again every second",
-                     error.what());
+  } catch (const Error& error) {
+    if (!left_) throw;
+    spdlog::critical(
+        "{}: THE OUTPUT IS NOT CONFIRMED SAFE since the process before this one: {}; tried again every second",
+        left_->device, error.what());
     is_unsafe_ = true;
     is_suspect_ = true;
+    rod_.fail(hal::RigStatus::io_error);
   }
   thread_->when_idle(kIdleRead, [this] { read_idle_rig(); });
 }
@@ -96,13 +106,32 @@ void RigKeeper::hold_folder() {
                     "with --socket DIR/ehad.sock");
 }
 
+void RigKeeper::make_left_card_safe(std::chrono::milliseconds patience) {
+  if (!left_) {
+    if (card_ || !std::filesystem::exists(snapshot_)) return;
+    try {
+      left_ = hal::safe_action(hal::read_safe_snapshot(snapshot_), snapshot_.string());
+    } catch (const Error& error) {
+      return spdlog::error("{}: {}", snapshot_.string(), error.what());
+    }
+  }
+  left_->make_safe(patience);
+  left_.reset();
+  std::error_code ignored;
+  std::filesystem::remove(snapshot_, ignored);
+}
+
 void RigKeeper::close() noexcept {
   replica_.reset();
   opened_text_.clear();
   if (!card_) return;
   const bool is_safe = card_->rig().make_safe() == hal::RigStatus::ok;
   try {
-    if (is_safe) card_->made_safe();
+    if (is_safe) {
+      card_->made_safe();
+      std::error_code ignored;
+      std::filesystem::remove(snapshot_, ignored);  // it says that somebody must make the card safe
+    }
   } catch (const Error& error) {
     spdlog::error("{}", error.what());
   }
@@ -126,7 +155,15 @@ void RigKeeper::poll_unsafe(std::chrono::steady_clock::time_point now) {
   ++reopening_;
   thread_->ask(
       [this, config = config_] {
+        if (left_) {
+          const std::string device = left_->device;
+          make_left_card_safe({});
+          is_unsafe_ = false;
+          spdlog::warn("{}: the output is safe now", device);
+          return open(*config);
+        }
         if (!card_) open(*config);
+        if (!card_) return;
         // Opening a card writes the safe state, too; this is the confirmation.
         if (card_->rig().make_safe() != hal::RigStatus::ok) return close();
         is_unsafe_ = false;
@@ -136,8 +173,10 @@ void RigKeeper::poll_unsafe(std::chrono::steady_clock::time_point now) {
         --reopening_;
         try {
           opened.get();
+          failed_try_.clear();
         } catch (const Error& error) {
-          spdlog::error("not confirmed safe: {}", error.what());
+          if (failed_try_ != error.what()) spdlog::error("not confirmed safe: {}", error.what());
+          failed_try_ = error.what();
         }
       });
 }
@@ -278,6 +317,7 @@ void RigKeeper::arm(Done done) {
   thread_->ask(
       [this, config = config_, reopen = is_suspect_] {
         require_protecting_limits(*config);
+        if (left_) throw DeviceError("not armed: the output of " + left_->device + " is not confirmed safe");
         const bool needs_card = hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded());
         // The open rig may have another rig file, after reloads that overtook one another or failed.
         if (needs_card || opened_text_ != config->text) {
@@ -286,7 +326,12 @@ void RigKeeper::arm(Done done) {
           require_rest_of_before(*config);
         }
         if (!card_) return;
-        if (is_unsafe_ && card_->rig().make_safe() == hal::RigStatus::ok) is_unsafe_ = false;
+        if (is_unsafe_) {
+          if (card_->rig().make_safe() != hal::RigStatus::ok) {
+            throw DeviceError("not armed: the output is not confirmed safe");
+          }
+          is_unsafe_ = false;
+        }
         require_plausible_inputs(card_->rig(), *config);
         if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },
@@ -319,9 +364,7 @@ void RigKeeper::reconfigure(Config config, Done done) {
   }
   if (is_unsafe_) {
     std::promise<void> refused;
-    refused.set_exception(std::make_exception_ptr(
-        DeviceError("not reloaded: the output of the card in use is not confirmed safe, and another rig file may name "
-                    "another card; use the emergency stop, and reload once ehad has made it safe")));
+    refused.set_exception(std::make_exception_ptr(DeviceError(std::string(kNotReloaded))));
     return done(refused.get_future());
   }
   ++reconfiguring_;
@@ -331,6 +374,7 @@ void RigKeeper::reconfigure(Config config, Done done) {
         // Not config_, which an earlier reload may still be about to replace.
         if (config->text == opened_text_) return;
         close();
+        if (is_unsafe_) throw DeviceError(std::string(kNotReloaded));
         open(*config);
       },
       [this, config, done = std::move(done)](std::future<void> opened) {

@@ -23,6 +23,7 @@
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "hal/rig.hpp"
+#include "hal/safe_action.hpp"
 
 namespace eha::service {
 
@@ -152,6 +153,9 @@ class RigKeeper {
  private:
   void open(const config::RigConfig& config);
   void close() noexcept;
+  /// Tries to make a card safe whose snapshot a process before this one left, before anything overwrites it.
+  /// @throws Error  it is not confirmed safe: left_ is kept
+  void make_left_card_safe(std::chrono::milliseconds patience);
   /// @throws DeviceError, PermissionError, IoError  another service keeps its snapshot in this one's folder, or the
   ///                                                lock is another user's
   void hold_folder();
@@ -178,6 +182,10 @@ class RigKeeper {
       rest_;               ///< at most half a second old, or the end of the last run; belongs to the rig's thread
   std::string rest_text_;  ///< of the rig file by which rest_ was read
   std::atomic<double> moved_in_{};  ///< until it is noticed
+  /// A card of the process before this one that is not confirmed safe; belongs to the rig's thread. The rig file may
+  /// name another one since.
+  std::optional<hal::SafeAction> left_;
+  std::string failed_try_;  ///< why the last try to make a card safe failed
   bool is_suspect_ = false;
   bool is_making_safe_ = false;
   std::atomic<bool> is_unsafe_{false};

@@ -184,10 +184,11 @@ Json Supervisor::disarm(const Peer& peer) {
 }
 
 void Supervisor::require_safe() const {
-  if (!rig_.is_unsafe()) return;
-  throw DeviceError(
-      "THE OUTPUT IS NOT CONFIRMED SAFE: the card has refused the safe voltage; use the emergency stop. ehad tries "
-      "again every second");
+  if (rig_.is_unsafe()) throw DeviceError(std::string(kNotConfirmedSafe));
+}
+
+std::string Supervisor::why_disarmed() const {
+  return rig_.is_unsafe() ? std::string(kNotConfirmedSafe) : disarmed_because_;
 }
 
 Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
@@ -362,7 +363,8 @@ void Supervisor::poll_health(Clock::time_point now) {
   if (watch != nullptr && watch->phase.load() > play::RunWatch::Phase::playing && !active_->played)
     active_->played = now;
   const std::string fault =
-      health_.check(watch, rig_.idle_beats(), now, rig_.is_unsafe() ? Health::kUnsafePatience : Health::kLoopPatience);
+      health_.check(watch, rig_.idle_beats(), now,
+                    watch == nullptr && rig_.is_unsafe() ? Health::kUnsafePatience : Health::kLoopPatience);
   if (fault.empty()) {
     notifier_.feed_watchdog();
   } else if (health_was_good_) {

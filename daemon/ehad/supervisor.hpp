@@ -206,6 +206,11 @@ class Supervisor {
   std::optional<ActiveRun> active_;
   std::uint64_t starts_ = 0;  ///< attempts since the start of the service
   Turn next_;                 ///< the experiment about to begin; a new object for each attempt, none after a disarm
+  static constexpr std::string_view kNotConfirmedSafe =
+      "THE OUTPUT IS NOT CONFIRMED SAFE: the card has refused the safe voltage; use the emergency stop. ehad tries "
+      "again "
+      "every second";
+  [[nodiscard]] std::string why_disarmed() const;
   std::string disarmed_because_ = "ehad has started";
   std::string
       moved_while_armed_;  ///< what poll_rod() said of it: the next arming is refused once, for a person to look

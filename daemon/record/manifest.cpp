@@ -382,8 +382,8 @@ void put_report(Manifest& manifest, const acquisition::RunReport& report, const 
 
 void require_plain_files(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
-  constexpr int kDeepest = 2;                                       // models/rejected
-  constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 30U;  // a day at 0.1 ms has 51 GiB of journal
+  constexpr int kDeepest = 2;                                      // models/rejected
+  constexpr std::uintmax_t kMostBytes = std::uintmax_t{4} << 30U;  // 10^7 rows, the most of a run, take less than 1 GiB
   std::error_code error;
   fs::recursive_directory_iterator entry(folder, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {

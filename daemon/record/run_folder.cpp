@@ -43,9 +43,10 @@ void require_unchanged(const std::filesystem::path& path, const Manifest& manife
   for (const FileEntry& entry : manifest.files) {
     if (entry.path != path.filename().string()) continue;
     const auto bytes = entry.other.find("bytes");
-    const bool has_size = bytes == entry.other.end() || *bytes == std::filesystem::file_size(path);
+    std::error_code unknown;
+    const bool has_size = bytes == entry.other.end() || *bytes == std::filesystem::file_size(path, unknown);
     if (has_size && entry.sha256 == sha256_of_file(path)) return;
-    throw DataError(os::shown(path) + ": changed since the run (its SHA-256 is not the one in " +
+    throw DataError(os::shown(path) + ": changed since the run (its size or SHA-256 is not the one in " +
                     std::string(kManifestFile) + "); restore it, or move it away to read the journal instead");
   }
 }

@@ -81,14 +81,16 @@ void RodView::fail(hal::RigStatus status) {
   error_ = fmt::format("the rig cannot be read ({}); eha doctor says more", acquisition::to_text(status));
 }
 
-Json RodView::describe(const config::RigLimits& limits) const {
+Json RodView::describe(const config::RigLimits& limits, std::chrono::steady_clock::time_point now) const {
   const std::lock_guard lock(mutex_);
   if (!error_.empty()) return {{"error", error_}};
   if (added_ == 0) return nullptr;
-  const auto age = std::chrono::steady_clock::now() - read_at_;
+  const auto age = now - read_at_;
   if (age > kLongestAge) {
-    return {{"error", fmt::format("the rod was not read for {:.0f} s: the rig is busy or not open",
-                                  std::chrono::duration<double>(age).count())}};
+    return {
+        {"error",
+         fmt::format("the rod was not read for {:.0f} s: files are being written, or the card is not open (eha status)",
+                     std::chrono::duration<double>(age).count())}};
   }
   Json rod = rod_json(limits, last_, {has_emergency_stop_, has_enable_contact_},
                       travel_share_at_rest(limits, last_.displacement_in));

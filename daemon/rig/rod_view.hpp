@@ -31,7 +31,9 @@ class RodView {
 
   /// Returns the member `rod` of ehad-protocol(7) from the last reading; null before the first, an error where that is
   /// older than kLongestAge.
-  [[nodiscard]] nlohmann::ordered_json describe(const config::RigLimits& limits) const;
+  [[nodiscard]] nlohmann::ordered_json describe(
+      const config::RigLimits& limits,
+      std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) const;
 
   /// The same from a reading during a run, without the noise.
   /// @param travel_share  of the run, stopping distance included; see LimitMonitor

@@ -89,7 +89,7 @@ std::optional<double> loop_in_record(const Record& record) {
   of_gain.segment<kLoopOrder>(kLoopOrder).setOnes();
   const double variance = of_gain.dot(solve_symmetric(past.transpose() * past, of_gain)) * moved.col(0).squaredNorm() /
                           static_cast<double>(count);
-  if (!(gain * gain > kLeastLoopGain * kLeastLoopGain * variance)) return std::nullopt;
+  if (!(variance > 0.0) || !(gain * gain > kLeastLoopGain * kLeastLoopGain * variance)) return std::nullopt;
   const Eigen::VectorXd noise = moved.col(0) - moved.col(1) * (correlation * of_output / of_input);
   if (!(noise.norm() > kLeastLoopNoise * of_output)) return std::nullopt;
   const double share = share_of_noise(now.col(1), noise);

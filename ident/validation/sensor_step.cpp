@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <vector>
+
 namespace eha::ident {
 namespace {
 
