@@ -235,6 +235,21 @@ TEST_F(ServiceArming, StartsBesideACardThatNobodyMadeSafeAndMakesItSafe) {
   EXPECT_EQ(client_->call("arm").at("state"), "armed") << daemon_.log();
 }
 
+TEST_F(ServiceArming, IsNotTurnedToAnotherRigFileByAReloadWhileItsCardRefuses) {
+  start();
+  rig_.card().refuses_until_ns = in_ns(std::chrono::hours(1));
+  std::ofstream(daemon_.rig_file(), std::ios::app) << "# another text\n";
+  // The first refusal shows as the card is closed.
+  EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_EQ(refused(*client_, "stop").code, static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_NE(client_->call("status").at("reason").get<std::string>().find("NOT CONFIRMED SAFE"), std::string::npos);
+  rig_.card().refuses_until_ns = 0;
+  ASSERT_TRUE(daemon_.logs("the output is safe now")) << daemon_.log();
+  client_->call("reload");
+  EXPECT_EQ(client_->call("arm").at("state"), "armed") << daemon_.log();
+}
+
 TEST_F(ServiceArming, IsMadeSafeByAStopWhateverItsState) {
   start();
   rig_.card().output_code = 40000;

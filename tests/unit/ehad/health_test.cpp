@@ -71,8 +71,8 @@ TEST_F(HealthTest, LooksAtTheIdleBeatBetweenRuns) {
 
 TEST_F(HealthTest, WaitsForTheGuardOfACardThatRefusesTheSafeVoltage) {
   EXPECT_EQ(health_.check(nullptr, 1, now_, Health::kUnsafePatience), "");
-  EXPECT_EQ(health_.check(nullptr, 1, now_ + 14s, Health::kUnsafePatience), "");
-  EXPECT_NE(health_.check(nullptr, 1, now_ + 21s, Health::kUnsafePatience), "");
+  EXPECT_EQ(health_.check(nullptr, 1, now_ + 29s, Health::kUnsafePatience), "");
+  EXPECT_NE(health_.check(nullptr, 1, now_ + 31s, Health::kUnsafePatience), "");
 }
 
 }  // namespace
