@@ -30,8 +30,7 @@ constexpr std::chrono::milliseconds kMovesWithin{500};
 
 constexpr std::string_view kNotReloaded =
     "not reloaded: the output of the card in use is not confirmed safe, and another rig file may name another card; "
-    "use "
-    "the emergency stop, and reload once ehad has made the card safe";
+    "use the emergency stop, and reload once ehad has made the card safe";
 
 template <typename TimePoint>
 std::int64_t ns_since_epoch(TimePoint now) {
@@ -142,8 +141,8 @@ void RigKeeper::close() noexcept {
 }
 
 void RigKeeper::close_unsafe() {
-  is_unsafe_ =
-      true;  // from now on, not once the thread has tried again: a stop in between would be told that it is safe
+  // From now on, not once the thread has tried again: a stop in between would be told that it is safe.
+  is_unsafe_ = true;
   is_suspect_ = true;
   ++reopening_;
   thread_->ask([this] { close(); }, [this](std::future<void>) { --reopening_; });

@@ -74,13 +74,10 @@ std::string cause_sentence(const ComparedSubject& subject) {
   return text +
          (subject.is_tight
               ? "By the valve sheets the rods creep too slowly for a leak, so that dry friction or the load is another "
-                "one: friction takes a "
-                "part of the gain and bends the edges of the dead band. Move the rod by hand, and look at seals, "
-                "guides "
-                "and load."
+                "one: friction takes a part of the gain and bends the edges of the dead band. Move the rod by hand, "
+                "and look at seals, guides and load."
               : "Friction, a leak or a load is another one: a valve sheet of each rig state (`eha characterise`) tells "
-                "a "
-                "leak from the other two.");
+                "a leak from the other two.");
 }
 
 std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {

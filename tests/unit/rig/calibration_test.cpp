@@ -166,34 +166,45 @@ TEST(RigTextWith, HasASumThatFitsWhatWasMeasured) {
   EXPECT_EQ(rig_text_with(rig, following).find("measured_check"), std::string::npos) << "nothing says it is measured";
 }
 
-TEST(CalibratedRigText, TakesTheMeasuredGainsAlong) {
+/// A calibration with a scale so many times that of a rig.
+Calibration scaled_by(double factor, const config::RigConfig& rig) {
+  const hal::Conversion conversion = hal::conversion_of(rig.backend);
+  return {.scale_in_per_V = factor * conversion.scale_in_per_V, .offset_in = conversion.offset_in};
+}
+
+/// The sample rig with its [following] signed as measured.
+config::RigConfig measured_rig() {
   const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
-  const Calibration larger{.scale_in_per_V = 1.4 * hal::conversion_of(rig.backend).scale_in_per_V,
-                           .offset_in = hal::conversion_of(rig.backend).offset_in};
   config::Following following = *rig.limits.following;
   following.dead_band_uncertainty_V = 0.01;
   following.measured_rig_check = config::measured_rig_check_of(rig.backend);
-  const config::RigConfig measured = config::parse_rig(rig_text_with(rig, following), "r.toml");
-  const config::RigConfig changed = config::parse_rig(calibrated_rig_text(measured, larger, "2026-05-04"), "r.toml");
+  return config::parse_rig(rig_text_with(rig, following), "r.toml");
+}
+
+TEST(CalibratedRigText, TakesTheMeasuredGainsAlong) {
+  const config::RigConfig measured = measured_rig();
+  const config::Following& before = *measured.limits.following;
+  const config::RigConfig changed =
+      config::parse_rig(calibrated_rig_text(measured, scaled_by(1.4, measured), "2026-05-04"), "r.toml");
   EXPECT_TRUE(config::is_as_measured(changed)) << changed.text;
-  EXPECT_NEAR(changed.limits.following->gain_positive_in_per_V_s, 1.4 * following.gain_positive_in_per_V_s, 1e-5);
-  EXPECT_NEAR(changed.limits.following->gain_negative_in_per_V_s, 1.4 * following.gain_negative_in_per_V_s, 1e-5);
-  EXPECT_EQ(changed.limits.following->null_V, following.null_V);
-  const config::RigConfig by_hand = config::parse_rig(calibrated_rig_text(rig, larger, "2026-05-04"), "r.toml");
-  EXPECT_EQ(by_hand.limits.following->gain_positive_in_per_V_s, following.gain_positive_in_per_V_s);
+  EXPECT_NEAR(changed.limits.following->gain_positive_in_per_V_s, 1.4 * before.gain_positive_in_per_V_s, 1e-5);
+  EXPECT_NEAR(changed.limits.following->gain_negative_in_per_V_s, 1.4 * before.gain_negative_in_per_V_s, 1e-5);
+  EXPECT_EQ(changed.limits.following->null_V, before.null_V);
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  const config::RigConfig by_hand =
+      config::parse_rig(calibrated_rig_text(rig, scaled_by(1.4, rig), "2026-05-04"), "r.toml");
+  EXPECT_EQ(by_hand.limits.following->gain_positive_in_per_V_s, rig.limits.following->gain_positive_in_per_V_s);
 }
 
 TEST(CalibratedRigText, DoesNotSignGainsOfAnotherSensorAsMeasured) {
-  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
-  const hal::Conversion conversion = hal::conversion_of(rig.backend);
-  const Calibration twice{.scale_in_per_V = 2.0 * conversion.scale_in_per_V, .offset_in = conversion.offset_in};
-  config::Following following = *rig.limits.following;
-  following.dead_band_uncertainty_V = 0.01;
-  following.measured_rig_check = config::measured_rig_check_of(rig.backend);
-  const config::RigConfig measured = config::parse_rig(rig_text_with(rig, following), "r.toml");
-  const config::RigConfig changed = config::parse_rig(calibrated_rig_text(measured, twice, "2026-05-04"), "r.toml");
-  EXPECT_FALSE(config::is_as_measured(changed)) << changed.text;
-  EXPECT_NEAR(changed.limits.following->gain_positive_in_per_V_s, 2.0 * following.gain_positive_in_per_V_s, 1e-5);
+  const config::RigConfig measured = measured_rig();
+  for (const double factor : {1.6, 2.0}) {
+    const config::RigConfig changed =
+        config::parse_rig(calibrated_rig_text(measured, scaled_by(factor, measured), "2026-05-04"), "r.toml");
+    EXPECT_FALSE(config::is_as_measured(changed)) << changed.text;
+    EXPECT_NEAR(changed.limits.following->gain_positive_in_per_V_s,
+                factor * measured.limits.following->gain_positive_in_per_V_s, 1e-5);
+  }
 }
 
 TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {
