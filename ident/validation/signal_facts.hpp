@@ -9,8 +9,8 @@
 
 namespace eha::ident {
 
-/// What the signals of a record show by themselves, whatever the model: each computed at its first use, at the cost of the
-/// function it names, at most O(N log N). The record must outlive it. Thread-safe.
+/// What the signals of a record show by themselves, whatever the model: each computed at its first use, at the cost of
+/// the function it names, at most O(N log N). The record must outlive it. Thread-safe.
 class SignalFacts {
  public:
   explicit SignalFacts(const Record& record) : record_(record) {}
