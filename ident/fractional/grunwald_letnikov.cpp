@@ -31,6 +31,38 @@ Eigen::VectorXd delayed(const Eigen::Ref<const Eigen::VectorXd>& input, double d
   return out;
 }
 
+/// A kernel reversed, so that its sums are dot products of contiguous pieces, without the zeros that it ends with: of
+/// integer orders it has as many weights as the highest one and one more.
+class FiniteKernel {
+ public:
+  FiniteKernel(const std::vector<Term>& terms, double step_s, Eigen::Index samples) {
+    const Eigen::VectorXd kernel = gl_kernel(terms, step_s, samples);
+    length_ = samples;
+    while (length_ > 1 && kernel[length_ - 1] == 0.0) --length_;
+    reversed_ = kernel.head(length_).reverse();
+  }
+
+  [[nodiscard]] double first() const { return reversed_[length_ - 1]; }
+
+  /// sum_{k>=1} A_k y_{n-k}
+  [[nodiscard]] double of_past(const Eigen::VectorXd& y, Eigen::Index n) const {
+    const Eigen::Index reach = std::min(n, length_ - 1);
+    return reversed_.segment(length_ - 1 - reach, reach).dot(y.segment(n - reach, reach));
+  }
+
+  /// sum_k A_k u_{n-k} at every n.
+  [[nodiscard]] Eigen::VectorXd over(const Eigen::VectorXd& u) const {
+    if (length_ == 1) return first() * u;
+    Eigen::VectorXd sums(u.size());
+    for (Eigen::Index n = 0; n < u.size(); ++n) sums[n] = first() * u[n] + of_past(u, n);
+    return sums;
+  }
+
+ private:
+  Eigen::Index length_ = 0;
+  Eigen::VectorXd reversed_;
+};
+
 }  // namespace
 
 Eigen::VectorXd gl_kernel(const std::vector<Term>& terms, double step_s, Eigen::Index samples) {
@@ -49,21 +81,10 @@ Eigen::VectorXd simulate_gl_directly(const TransferFunction& g, const Eigen::Ref
                                      double step_s) {
   const Eigen::Index n_samples = input.size();
   const Eigen::VectorXd u = delayed(input, g.delay_s / step_s);
-  // With reversed kernels both sums are dot products of contiguous pieces.
-  const Eigen::VectorXd a = gl_kernel(g.denominator, step_s, n_samples).reverse();
-  const double a0 = a[n_samples - 1];
-  Eigen::VectorXd forced;
-  if (g.numerator.size() == 1 && g.numerator[0].order == 0.0) {
-    forced = g.numerator[0].coefficient * u;
-  } else {
-    const Eigen::VectorXd b = gl_kernel(g.numerator, step_s, n_samples).reverse();
-    forced.resize(n_samples);
-    for (Eigen::Index n = 0; n < n_samples; ++n) forced[n] = b.tail(n + 1).dot(u.head(n + 1));
-  }
+  const Eigen::VectorXd forced = FiniteKernel(g.numerator, step_s, n_samples).over(u);
+  const FiniteKernel a(g.denominator, step_s, n_samples);
   Eigen::VectorXd y(n_samples);
-  for (Eigen::Index n = 0; n < n_samples; ++n) {
-    y[n] = (forced[n] - a.segment(n_samples - 1 - n, n).dot(y.head(n))) / a0;
-  }
+  for (Eigen::Index n = 0; n < n_samples; ++n) y[n] = (forced[n] - a.of_past(y, n)) / a.first();
   return y;
 }
 

@@ -14,7 +14,7 @@ namespace eha::ident {
 
 /// y_n = (sum_k B_k u_{n-k} - sum_{k>=1} A_k y_{n-k}) / A_0, the paper's first-order scheme with zero history, for
 /// stable and unstable models alike. A delay that is not a whole number of samples interpolates the input linearly.
-/// Cost O(N^2). Podlubny, Fractional Differential Equations (1999), ch. 7.
+/// Cost O(N^2), of integer orders O(N). Podlubny, Fractional Differential Equations (1999), ch. 7.
 [[nodiscard]] Eigen::VectorXd simulate_gl_directly(const TransferFunction& g,
                                                    const Eigen::Ref<const Eigen::VectorXd>& input, double step_s);
 

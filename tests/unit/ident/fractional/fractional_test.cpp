@@ -173,6 +173,9 @@ TEST(GrunwaldLetnikov, EqualsThePlainRecursion) {
       {{{1.0, 0.0}}, {{0.8, 2.2}, {0.5, 0.9}, {1.0, 0.0}}, 0.0},
       {{{0.6, 0.0}}, {{0.8, 1.75}, {1.3, 0.9}, {0.05, 0.0}}, 0.0},
       {{{0.4, 0.3}, {0.6, 0.0}}, {{0.8, 1.75}, {1.3, 0.9}, {0.05, 0.0}}, 0.0},
+      // Of integer orders, whose kernels end; the second grows, to e^10 at the last row.
+      {{{0.3, 1.0}, {0.6, 0.0}}, {{0.2, 2.0}, {1.3, 1.0}, {0.05, 0.0}}, 0.0},
+      {{{0.3, 1.0}, {0.6, 0.0}}, {{0.2, 2.0}, {1.0, 1.0}, {-0.6, 0.0}}, 0.0},
   };
   for (const TransferFunction& g : models) {
     for (const Eigen::Index samples : {300, 2000}) {
