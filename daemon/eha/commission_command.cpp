@@ -136,7 +136,8 @@ class Commissioning {
     } catch (const Stopped& stopped) {
       session_.disarm();
       if (!stopped.why.empty()) console_.info(stopped.why);
-      console_.info(fmt::format("to go on with this step: {}", again(command_)));
+      const bool leaks = stopped.code != ExitCode::interrupted && tell_leak();
+      if (!leaks) console_.info(fmt::format("to go on with this step: {}", again(command_)));
       console_.print_json({{"schema", "eha-commission/1"},
                            {"folder", state_.folder().string()},
                            {"steps", state_.document().at("steps")},
@@ -403,8 +404,28 @@ class Commissioning {
     state_.finish("tune", std::move(tuned));
   }
 
+  /// Says what comes before everything else on a rig whose valve sheet shows a leak. @returns whether it does
+  bool tell_leak() {
+    const auto leak = leak_in_sheet();
+    if (!leak) return false;
+    console_.warning(fmt::format("the rig leaks: {}. Repair that first, then commission it anew, into another folder:",
+                                 ident::leak_text(*leak, console_.unit(rig_.units))));
+    console_.next_step(again(elsewhere(command_)));
+    return true;
+  }
+
+  [[nodiscard]] std::optional<ident::Leak> leak_in_sheet() const {
+    if (!state_.has("sheet")) return std::nullopt;
+    return record::leak_in(state_.result("sheet").at("run").get<std::string>());
+  }
+
   void try_controller() {
     if (state_.has("track")) return;
+    if (const Json trips = state_.result("tune").value("trips", Json()); trips.is_string()) {
+      throw Stopped{ExitCode::model_rejected,
+                    fmt::format("the trial is left out, nothing moved: it would trip on this rig ({}), as step 5 says",
+                                trips.get<std::string>())};
+    }
     session_.announce("step 6 of 6, trial",
                       "the rod follows a step, trapezoids, a sweep and a sine, and rests for 60 s, in closed loop, "
                       "under every limit of the rig file. 2 to 3 min.");
@@ -436,7 +457,7 @@ class Commissioning {
                                     : std::string("the axis keeps the controller's promise: the trial measured it") +
                                           (is_model_judged() ? "" : ", which the short record alone could not");
     const ExitCode code = is_kept ? ExitCode::ok : ExitCode::model_rejected;
-    const auto leak = record::leak_in(state_.result("sheet").at("run").get<std::string>());
+    const auto leak = leak_in_sheet();
     console_.print(fmt::format("\n{}: {}{}. Report of the whole: {}", rig_.name, verdict,
                                leak ? ", and the rig leaks" : "", page.string()));
     const fs::path before = state_.result("rig file").value("before", "");
@@ -451,14 +472,7 @@ class Commissioning {
                          {"kept", is_kept},
                          {"report", page.string()},
                          {"exit_code", static_cast<int>(code)}});
-    if (!leak) {
-      console_.next_step("xdg-open " + shell_word(page.string()));
-    } else {
-      console_.warning(
-          fmt::format("the rig leaks: {}. Repair that first, then commission it anew, into another folder:",
-                      ident::leak_text(*leak, console_.unit(rig_.units))));
-      console_.next_step(again(elsewhere(command_)));
-    }
+    if (!tell_leak()) console_.next_step("xdg-open " + shell_word(page.string()));
     return code;
   }
 

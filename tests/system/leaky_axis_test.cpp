@@ -76,5 +76,20 @@ TEST(LeakyAxis, HasOneFindingAndNoWayRoundInACircleOnceItsSheetShowsTheLeak) {
   EXPECT_NE(content_of(folder.path() / "runs" / "latest" / "report.html").find(finding), std::string::npos);
 }
 
+TEST(LeakyAxis, IsNotMovedInATrialThatWouldTripAndIsCommissionedAnewAfterTheRepair) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(source_file("config/rigs/sim-leaky.toml"), folder.path() / "rig.toml");
+  const Ended ended = run_eha({"commission", "rig.toml", "--yes", "--fast"}, folder.path());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::model_rejected)) << ended.err;
+  EXPECT_NE(ended.err.find("the trial is left out, nothing moved: it would trip on this rig (not_following)"),
+            std::string::npos)
+      << ended.err;
+  EXPECT_NE(ended.err.find("the rig leaks: "), std::string::npos) << ended.err;
+  EXPECT_EQ(ended.err.find("to go on with this step"), std::string::npos) << ended.err;
+  EXPECT_NE(ended.out.find("Next: eha commission rig.toml -o commission-2 --fast --yes"), std::string::npos)
+      << ended.out;
+  EXPECT_TRUE(read_page(folder.path() / "runs").empty()) << "it was played";
+}
+
 }  // namespace
 }  // namespace eha::test
