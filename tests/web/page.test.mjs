@@ -213,7 +213,7 @@ test('a wrong token is said, and stops nothing', async () => {
   assert.ok(await page.locator('#response-table tr').count() >= 3, 'its lines are still there');
   await page.click('#stop');
   await page.fill('#token', 'guessed');
-  await page.click('#token-stop');
+  await page.keyboard.press('Enter');  // who pressed Stop means Stop now
   await pageSays('the refusal', '#token-fault', /NOT STOPPED: wrong token/);
   assert.equal((await bench.status()).state, 'running');
   const without = await request(bench.port, 'POST', '/api/stop', bench.headers(), '{}');
@@ -236,6 +236,18 @@ test('the device keeps the token', async () => {
   await until('its Stop is ready', async () => /ramps the command down/.test(await other.locator('#stop-effect').textContent()));
   assert.equal(await other.locator('#token-dialog').isVisible(), false);
   await other.close();
+});
+
+test('Enter in the question that opens by itself keeps the token and stops nothing', async () => {
+  const context = await page.context().browser().newContext();
+  const other = await context.newPage();
+  await other.goto(bench.address);
+  await until('the question', () => other.locator('#token-dialog').isVisible());
+  await other.fill('#token', kToken);
+  await other.keyboard.press('Enter');
+  await until('it is kept', async () => /Token kept/.test(await other.locator('#stop-banner').textContent()));
+  assert.equal((await bench.status()).state, 'running');
+  await context.close();
 });
 
 test('the queue is in playing order', async () => {

@@ -57,7 +57,7 @@ export class StopButton {
     if (this.hasOpened) return;
     this.hasOpened = true;
     if (this.token === null) {
-      if (sessionStorage.getItem(kDeclined) === null) this.ask('');
+      if (sessionStorage.getItem(kDeclined) === null) this.open('token-keep');
       return;
     }
     try {
@@ -97,8 +97,15 @@ export class StopButton {
 
   press() {
     if (this.token !== null) this.stop(this.token);
-    else if (this.isReached) this.ask('');
+    else if (this.isReached) this.open('token-stop');
     else this.unreached();
+  }
+
+  /** Opens the dialog. @param first  the button that Enter presses: nobody who was not about to stop shall stop */
+  open(first) {
+    const button = byId(first);
+    button.parentElement.prepend(button);
+    this.ask('');
   }
 
   /** Asks for the token. @param fault  why the last one would not do; "": there was none */
