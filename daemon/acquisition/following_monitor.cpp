@@ -85,8 +85,10 @@ Breach FollowingMonitor::check(std::int64_t at_ns, double displacement_in, doubl
       missing_in_[i] = std::max(0.0, missing_in_[i] + due_in - d * moved_in);
       left_in_[i] = std::max(0.0, left_in_[i] + due_in - d * moved_in);
       rests_s_[i] = 0.0;
+      unmoved_in_[i] = left_in_[i];
+      rests_at_in_[i] = filtered_in_;
     } else if (command_V > -rule_.dead_band_V && rests_s_[i] < kComesToRest_s) {
-      left_in_[i] = std::max(0.0, left_in_[i] - d * moved_in);
+      left_in_[i] = std::clamp(unmoved_in_[i] - d * (filtered_in_ - rests_at_in_[i]), 0.0, unmoved_in_[i]);
       rests_s_[i] += since_last_s;
     }
     const double early_V = at_ns > pressure_ns_ ? rule_.early_V : rule_.waiting_early_V[i];

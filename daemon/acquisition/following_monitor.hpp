@@ -47,9 +47,10 @@ using MissingMotion = std::array<double, 2>;
 /// unexplained_motion at X_d > excess limit; g is the least and G the greatest gain. The sensor's noise telescopes in
 /// the sum of dy, so noise alone never counts as motion. The sums start at begin(), S_d when the pressure has built up,
 /// from what the runs before have left missing. A run leaves R_d, which is S_d but that the motion of the 0.5 s after
-/// the command counts, too, unless it is commanded the other way then: of a rod that lags nothing is left.
-/// Does not detect a slope error within the range of the gains, or a drift slower than the valve's own. Real-time safe;
-/// cost: some twenty operations. Not thread-safe.
+/// the command counts, too, unless it is commanded the other way then: of a rod that lags nothing is left. Motion
+/// against d in that time, as of a rod that creeps, adds nothing: R_d is at most the limit. Does not detect a slope
+/// error within the range of the gains, or a drift slower than the valve's own. Real-time safe; cost: some twenty
+/// operations. Not thread-safe.
 class FollowingMonitor {
  public:
   explicit FollowingMonitor(const FollowingRule& rule, const MissingMotion& earlier = {}) noexcept
@@ -81,6 +82,8 @@ class FollowingMonitor {
   MissingMotion missing_in_;
   MissingMotion left_in_;
   std::array<double, 2> rests_s_{1.0, 1.0};  ///< since a direction was commanded
+  MissingMotion unmoved_in_{};               ///< R_d then
+  std::array<double, 2> rests_at_in_{};      ///< the rod then, filtered [in]
   std::array<double, 2> excess_in_{};
   double peak_missing_ = 0.0;
   double peak_excess_ = 0.0;

@@ -132,6 +132,24 @@ TEST(FollowingMonitor, FindsAWrongNullWhileThePressureBuildsUp) {
   EXPECT_EQ(waiting(0.25, ticks), Fault::none) << "a null that is known to 0.12 V";
 }
 
+TEST(FollowingMonitor, LeavesNoMoreThanItsLimitOfARodThatCreepsBack) {
+  FollowingMonitor monitor(following_rule(test_limits()));
+  monitor.begin(0);
+  std::int64_t tick = 0;
+  double rod_in = 3.0;
+  const auto play = [&](double command_V, double speed_in_per_s, double seconds) {
+    for (const std::int64_t end = tick + std::llround(seconds * 1000.0); tick < end; ++tick) {
+      EXPECT_EQ(monitor.check(tick * kTick_ns, rod_in, command_V).fault, Fault::none) << tick;
+      rod_in += speed_in_per_s * 0.001;
+    }
+  };
+  for (int pulse = 0; pulse < 10; ++pulse) {
+    play(2.0, 0.2, 1.0);
+    play(0.0, -0.03, 1.0);  // a leak, or a null that is not at 0 V
+  }
+  EXPECT_LE(monitor.left_in()[0], monitor.peak_missing() * following_rule(test_limits()).missing_limit_in);
+}
+
 TEST(FollowingMonitor, MeasuresTheSameWhenReadingsAreMissing) {
   FollowingMonitor monitor(following_rule(commissioned_limits()));
   monitor.begin(0);
