@@ -17,7 +17,7 @@ inline void print_place(double displacement_in, const std::string& units, const 
                         const Console& console) {
   const DisplayUnit unit = console.unit(units);
   const double factor = unit.factor("in");
-  console.print(fmt::format("the rod is at {0:.3f} {1} (tolerance {2:.2g} {1}); the hydraulics are off",
+  console.print(fmt::format("the rod is at {0:.3f} {1} (tolerance {2:.2g} {1}); nothing drives it",
                             factor * displacement_in, unit.of("in"), factor * place::kTolerance_in));
   console.next_step(next);
 }

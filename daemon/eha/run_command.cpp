@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -94,7 +95,7 @@ void require_rod_at_rest(const EarlierRuns& earlier, double place_in, const Disp
         most_motion_at_rest(std::chrono::steady_clock::now() - earlier.last->ended, earlier.last->velocity_in_per_s)))
     return;
   throw DeviceError(
-      fmt::format("the rod's reading has moved by {:.2g} {} since the run before, with the hydraulics off: look at the "
+      fmt::format("the rod's reading has moved by {:.2g} {} since the run before, while nothing drove it: look at the "
                   "rod, its contactor and its sensor before the next run",
                   unit.factor("in") * moved_in, unit.of("in")));
 }
@@ -386,9 +387,9 @@ std::string later_command(const config::ExperimentConfig& experiment, const fs::
   return fmt::format("`eha {} {}` does it", command, shell_word(folder.string()));
 }
 
-/// Plays one, then fits and judges it. @returns its exit code, and whether it completed
-std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
-                                  EarlierRuns& earlier, Console& console) {
+/// Plays one.
+Acquired record_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
+                    EarlierRuns& earlier, Console& console) {
   const config::ExperimentConfig& experiment = planned.experiment.config;
   const std::string length = experiment.placing() != nullptr
                                  ? fmt::format("at most {:g} s", experiment.duration_s)
@@ -397,11 +398,27 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
   console.info(fmt::format("{}: {} on {} ({})", experiment.placing() != nullptr ? planned.file : experiment.name,
                            length, rig.name, rig.file_name));
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
-  const Acquired acquired = acquire(command, rig, planned, earlier, console);
+  Acquired acquired = acquire(command, rig, planned, earlier, console);
+  console.info(fmt::format("recorded in {}", acquired.run.folder.string()));
+  if (const std::string_view circuit = acquisition::sentence_of(acquired.run.circuit); !circuit.empty()) {
+    console.warning(std::string(circuit));
+  }
+  return acquired;
+}
+
+/// Whether the next one may follow.
+bool is_sound(const Acquired& acquired) {
+  return acquisition::is_whole(acquired.run.report.outcome) && acquired.was_guarded && !acquired.was_stopped &&
+         acquired.run.circuit == acquisition::CircuitAtRest::sound;
+}
+
+/// Fits and judges one that was played.
+ExitCode conclude_one(const RunCommand& command, const config::RigConfig& rig, const PlannedRun& planned,
+                      const Acquired& acquired, Console& console) {
+  const config::ExperimentConfig& experiment = planned.experiment.config;
   const play::FinishedRun& run = acquired.run;
-  console.info(fmt::format("recorded in {}", run.folder.string()));
   if (!acquisition::is_whole(run.report.outcome) || !acquired.was_guarded) {
-    return {report_incomplete(acquired, experiment, rig, console), false};
+    return report_incomplete(acquired, experiment, rig, console);
   }
   if (acquired.was_stopped && !run.only_placed) {
     console.info(fmt::format("stopped after the motion: the record is whole, and nothing is computed from it; {}",
@@ -410,10 +427,9 @@ std::pair<ExitCode, bool> run_one(const RunCommand& command, const config::RigCo
                         {"run", run.folder.string()},
                         {"outcome", acquisition::to_text(run.report.outcome)},
                         {"exit_code", static_cast<int>(ExitCode::interrupted)}});
-    return {ExitCode::interrupted, false};
+    return ExitCode::interrupted;
   }
-  return {std::visit([&](const auto& kind) { return conclude(kind, run, command, rig, console); }, experiment.kind),
-          true};
+  return std::visit([&](const auto& kind) { return conclude(kind, run, command, rig, console); }, experiment.kind);
 }
 
 }  // namespace
@@ -463,19 +479,54 @@ ExitCode execute(const RunCommand& command, Console& console) {
   }
   recover_earlier_runs(command.output, console);
   EarlierRuns earlier;
-  if (planned.size() == 1) return run_one(command, rig, planned.front(), earlier, console).first;
+  if (planned.size() == 1) {
+    const Acquired acquired = record_one(command, rig, planned.front(), earlier, console);
+    return conclude_one(command, rig, planned.front(), acquired, console);
+  }
   console.keep_documents();
   ExitCode code = ExitCode::ok;
   std::vector<std::string> rest;
-  for (const PlannedRun& one : planned) {
-    console.print(one.file + ":");
-    warn_of(one.file);
-    const auto [own, completed] = run_one(command, rig, one, earlier, console);
-    if (code == ExitCode::ok) code = own;
-    if (completed) continue;
-    for (const PlannedRun* later = &one + 1; later <= &planned.back(); ++later) rest.push_back(later->file);
-    break;
+  // A machine is not left unwatched for the fit of a run before the next one is played.
+  const std::size_t at_once = hal::moves_machine(rig.backend) ? planned.size() : 1;
+  std::size_t begun = 0;
+  bool was_stopped = false;
+  for (bool goes_on = true; goes_on && begun < planned.size();) {
+    std::vector<Acquired> acquired;
+    std::exception_ptr refusal;
+    for (; goes_on && begun < planned.size() && acquired.size() < at_once;
+         goes_on = goes_on && is_sound(acquired.back())) {
+      const PlannedRun& one = planned[begun];
+      warn_of(one.file);
+      try {
+        acquired.push_back(record_one(command, rig, one, earlier, console));
+        was_stopped = acquired.back().was_stopped;
+        ++begun;
+      } catch (const Error&) {
+        if (acquired.empty()) throw;
+        refusal = std::current_exception();
+        break;
+      }
+    }
+    for (std::size_t i = 0; i < acquired.size(); ++i) {
+      const PlannedRun& one = planned[begun - acquired.size() + i];
+      console.print(one.file + ":");
+      warn_of(one.file);
+      ExitCode own = ExitCode::ok;
+      try {
+        own = conclude_one(command, rig, one, acquired[i], console);
+      } catch (const Error& error) {
+        if (at_once == 1) throw;
+        console.error(error.what());  // those after it were played, too
+        own = error.exit_code();
+      }
+      if (code == ExitCode::ok) code = own;
+    }
+    if (refusal) std::rethrow_exception(refusal);
   }
+  if (begun < planned.size() && code == ExitCode::ok) {
+    code = was_stopped ? ExitCode::interrupted : ExitCode::safety_trip;  // by a line of the rig
+  }
+  for (std::size_t i = begun; i < planned.size(); ++i) rest.push_back(planned[i].file);
   const nlohmann::ordered_json documents = console.taken_documents();
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
   if (!rest.empty()) {

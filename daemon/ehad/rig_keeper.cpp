@@ -241,7 +241,12 @@ hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {
   const hal::RigStatus status = rig.read(0, reading);
   if (status == hal::RigStatus::ok) {
     rod_.add(reading);
-    if (card_) note_rest(rig, reading);
+    if (card_) {
+      note_rest(rig, reading);
+      const auto off = std::chrono::steady_clock::now() - off_since_;
+      const auto circuit = acquisition::circuit_at_rest(rig, reading, off);
+      if (circuit != acquisition::CircuitAtRest::sound) circuit_ = circuit;
+    }
     idle_blocks_.add({ns_since_epoch(std::chrono::steady_clock::now()),
                       ns_since_epoch(std::chrono::system_clock::now()), reading.displacement_in});
   } else {
@@ -268,6 +273,10 @@ void RigKeeper::note_rest(hal::Rig& rig, const hal::RigReading& reading) {
 std::optional<double> RigKeeper::notices_motion() noexcept {
   const double moved_in = moved_in_.exchange(0.0);
   return moved_in != 0.0 ? std::optional(moved_in) : std::nullopt;
+}
+
+acquisition::CircuitAtRest RigKeeper::notices_circuit() noexcept {
+  return circuit_.exchange(acquisition::CircuitAtRest::sound);
 }
 
 void RigKeeper::read_place(std::function<void(std::future<double>)> then) {
@@ -331,6 +340,7 @@ void RigKeeper::arm(Done done) {
           }
           is_unsafe_ = false;
         }
+        circuit_ = acquisition::CircuitAtRest::sound;  // what was before is this arming's to judge
         require_plausible_inputs(card_->rig(), *config);
         if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },

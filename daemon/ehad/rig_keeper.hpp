@@ -14,6 +14,7 @@
 
 #include "config/rig_config.hpp"
 #include "core/os/file_descriptor.hpp"
+#include "daemon/acquisition/circuits_at_rest.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
@@ -111,11 +112,12 @@ class RigKeeper {
           idle_blocks_.finish();
           // Seen since the run was begun, and rest_ is where the rod stands now.
           if (card_ && moved_in_.load() != 0.0) {
-            throw RodMoved("the rod's reading moved with the hydraulics off: nothing is driven");
+            throw RodMoved("the rod's reading moved while nothing drove it: nothing is driven");
           }
           auto finished = play(card_.get(), machine_, missing_);
-          // Nobody read the rod while the files were written.
+          // Nobody compared the rod's readings while the files were written.
           rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};
+          off_since_ = finished.ended;
           return finished;
         },
         std::move(then));
@@ -146,6 +148,8 @@ class RigKeeper {
   /// hydraulics are on against the command, the sensor has slipped, or somebody moves the rod. Returns how far [in]
   /// once.
   [[nodiscard]] std::optional<double> notices_motion() noexcept;
+  /// Whether the lines of an undriven machine showed that somebody must arm it anew. Returns what, once.
+  [[nodiscard]] acquisition::CircuitAtRest notices_circuit() noexcept;
 
   /// Counts up while the rig's thread is idle. Thread-safe.
   [[nodiscard]] std::uint64_t idle_beats() const noexcept { return thread_->beats(); }
@@ -181,7 +185,9 @@ class RigKeeper {
   std::optional<RodAtRest>
       rest_;               ///< at most half a second old, or the end of the last run; belongs to the rig's thread
   std::string rest_text_;  ///< of the rig file by which rest_ was read
-  std::atomic<double> moved_in_{};  ///< until it is noticed
+  std::atomic<double> moved_in_{};                     ///< until it is noticed
+  std::chrono::steady_clock::time_point off_since_{};  ///< end of the last run; belongs to the rig's thread
+  std::atomic<acquisition::CircuitAtRest> circuit_{};  ///< until it is noticed
   /// A card of the process before this one that is not confirmed safe; belongs to the rig's thread. The rig file may
   /// name another one since.
   std::optional<hal::SafeAction> left_;

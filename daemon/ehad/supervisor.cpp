@@ -293,6 +293,7 @@ void Supervisor::poll(Clock::time_point now) {
 
 void Supervisor::poll_rod(Clock::time_point now) {
   if (active_ && active_->playing) return;
+  if (!rig_.is_arming()) note_circuit(rig_.notices_circuit(), now);  // arming looks at the lines itself
   const std::optional<double> moved_in = rig_.notices_motion();
   if (!moved_in) return;
   const bool is_at_stake = rig_.is_armed() || rig_.is_arming() || active_;
@@ -300,12 +301,29 @@ void Supervisor::poll_rod(Clock::time_point now) {
   silent_until_ = now + kSilence;
   const DisplayUnit unit(rig_.config()->units);
   const std::string why = fmt::format(
-      "the rod's reading moved by {:.2g} {} with the hydraulics off: look at the rod; if it moves, use the emergency "
+      "the rod's reading moved by {:.2g} {} while nothing drove it: look at the rod; if it moves, use the emergency "
       "stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the sensor or its wire "
       "has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
   spdlog::critical("{}", why);
   if (is_at_stake) moved_while_armed_ = why;
+  if (active_) {
+    active_->moved = why;
+  } else if (is_at_stake) {
+    disarm_rig(why, LeaseFate::kept);
+  } else if (queue_.open_fault() == nullptr) {
+    disarmed_because_ = why;
+  }
+}
+
+void Supervisor::note_circuit(acquisition::CircuitAtRest circuit, Clock::time_point now) {
+  using acquisition::CircuitAtRest;
+  if (circuit == CircuitAtRest::sound) return;
+  const bool is_at_stake = rig_.is_armed() || active_;
+  if (!is_at_stake && (circuit == CircuitAtRest::emergency_stop || now < silent_until_)) return;
+  silent_until_ = now + kSilence;
+  const std::string why(acquisition::sentence_of(circuit));
+  spdlog::critical("{}", why);
   if (active_) {
     active_->moved = why;
   } else if (is_at_stake) {

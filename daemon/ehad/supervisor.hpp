@@ -101,7 +101,7 @@ class Supervisor {
     std::string stopped_by = {};                   ///< the first stop and its user
     std::optional<Clock::time_point> played = {};  ///< when the loop was seen to have ended
     bool lost_client = false;                      ///< whose connection had to be open until it plays
-    std::string moved = {};                        ///< the rod did, or its reading, before it plays; says how
+    std::string moved = {};  ///< the rod did, or its reading, or a line, before it plays; says how
   };
 
   /// Experiments of one request; all of them or none enter the queue.
@@ -151,6 +151,8 @@ class Supervisor {
   void require_safe() const;
   void poll_guard();
   void poll_rod(Clock::time_point now);
+  /// Disarms, once, where the lines of an undriven machine are not sound.
+  void note_circuit(acquisition::CircuitAtRest circuit, Clock::time_point now);
   void poll_suspend();
   void prepare_for_sleep();
   void update_inhibitor() noexcept;

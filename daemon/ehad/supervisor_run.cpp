@@ -90,6 +90,8 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   entry.warnings = acquisition::warnings(
       run.report, run.only_placed ? acquisition::RunKind::placing : acquisition::RunKind::experiment);
   for (const delays::Delay& delay : run.delays) entry.warnings.push_back(delays::sentence_of(delay));
+  const std::string circuit(acquisition::sentence_of(run.circuit));
+  if (!circuit.empty()) entry.warnings.push_back(circuit);
   for (const std::string& sentence : entry.warnings) spdlog::warn("experiment {}: {}", entry.id, sentence);
   if (run.only_placed && std::isfinite(run.displacement_in)) {
     entry.placed_in = run.displacement_in;
@@ -114,13 +116,15 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());
-  if (acquisition::is_whole(outcome) && !was_stopped && !is_unguarded && !shutting_down_ && rig_.rearm()) {
+  const bool goes_on = acquisition::is_whole(outcome) && !was_stopped && !is_unguarded && circuit.empty();
+  if (goes_on && !shutting_down_ && rig_.rearm()) {
     start_next();
   } else {
     // After a stop or a fault the next experiment must not move the rig automatically.
-    disarm_rig(acquisition::is_whole(outcome) ? fmt::format("experiment {}: stopped at its end", entry.id)
-               : entry.is_open_fault          ? bad_end_of(entry)
-                                              : fmt::format("experiment {}: {}", entry.id, entry.note),
+    disarm_rig(!circuit.empty()                 ? circuit
+               : acquisition::is_whole(outcome) ? fmt::format("experiment {}: stopped at its end", entry.id)
+               : entry.is_open_fault            ? bad_end_of(entry)
+                                                : fmt::format("experiment {}: {}", entry.id, entry.note),
                LeaseFate::kept);
   }
 }

@@ -6,11 +6,14 @@
 #include <cmath>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <future>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/os/files.hpp"
+#include "daemon/acquisition/circuits_at_rest.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/delays/run_delays.hpp"
@@ -33,6 +36,7 @@ constexpr std::chrono::milliseconds kSafeAgain{1000};
 constexpr std::chrono::milliseconds kSafeAgainPause{5};
 constexpr double kBlock_s = 0.1;
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
+constexpr auto kRestRead = std::chrono::milliseconds(20);  // of a rig whose run has ended
 
 /// Removes a run folder again unless the run has begun.
 class UnusedFolderRemover {
@@ -206,6 +210,28 @@ void write_files(FinishedRun& finished, const std::filesystem::path& folder, rec
   if (!finished.write_error.empty() && acquisition::is_whole(outcome)) outcome = Outcome::write_failed;
 }
 
+/// Does the work in a thread of its own and reads the rig meanwhile, which nobody else does: an emergency stop that is
+/// pressed and released in these seconds must be known. Lasts until a contactor must have dropped out.
+/// @param off  when the enable line went off; none: it is not confirmed off
+acquisition::CircuitAtRest watched_while(hal::Rig& rig, std::optional<std::chrono::steady_clock::time_point> off,
+                                         const std::function<void()>& work) {
+  std::future<void> working = std::async(std::launch::async, work);
+  const auto drop_out = acquisition::longest_drop_out(rig.capabilities());
+  const bool awaits_contact = off && rig.capabilities().has_enable_contact;
+  auto circuit = acquisition::CircuitAtRest::sound;
+  for (bool is_over = false; !is_over;) {
+    const bool is_done = working.wait_for(kRestRead) == std::future_status::ready;
+    const std::chrono::duration<double> since = off ? std::chrono::steady_clock::now() - *off : drop_out;
+    hal::RigReading reading;
+    if (circuit == acquisition::CircuitAtRest::sound && rig.read(0, reading) == hal::RigStatus::ok) {
+      circuit = acquisition::circuit_at_rest(rig, reading, since);
+    }
+    is_over = is_done && (!awaits_contact || since > drop_out);
+  }
+  working.get();
+  return circuit;
+}
+
 }  // namespace
 
 FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRequest& request,
@@ -236,7 +262,13 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
   remover.run_has_begun();
   watch.phase = RunWatch::Phase::closing;
   display.show();
-  write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest);
+  const auto write = [&] { write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest); };
+  if (rig.capabilities().moves_machine) {
+    const auto off = finished.report.safe_confirmed ? std::optional(finished.ended) : std::nullopt;
+    finished.circuit = watched_while(rig, off, write);
+  } else {
+    write();
+  }
   display.rethrow_failure();
   return finished;
 }

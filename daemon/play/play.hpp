@@ -12,6 +12,7 @@
 #include "config/rig_config.hpp"
 #include "core/guard_page.hpp"
 #include "core/os/file_descriptor.hpp"
+#include "daemon/acquisition/circuits_at_rest.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -58,6 +59,8 @@ struct FinishedRun {
   double velocity_in_per_s = 0.0;  ///< at that time
   std::chrono::steady_clock::time_point ended = {};  ///< when that was, before the files were written
   std::vector<delays::Delay> delays = {};            ///< causes of late ticks, if there were any
+  /// What the lines of a machine showed while the files were written: unless sound, nothing may follow unasked.
+  acquisition::CircuitAtRest circuit = acquisition::CircuitAtRest::sound;
 };
 
 /// Called about ten times a second in the thread that called play(). If it throws, the run is ramped out, its files are

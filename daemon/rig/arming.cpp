@@ -14,6 +14,7 @@
 #include "config/needs_following.hpp"
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
+#include "daemon/acquisition/circuits_at_rest.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/rig/realtime_findings.hpp"
 #include "hal/backends/backend.hpp"
@@ -396,10 +397,8 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
       throw Error(ExitCode::safety_trip, "not armed: the emergency-stop circuit is open; close it, then eha arm");
     }
     if (reading.enable_contact) {
-      throw Error(
-          ExitCode::safety_trip,
-          "not armed: the auxiliary contact of the enable contactor is closed although the enable line is off; the "
-          "contactor may be welded: switch the hydraulics off by hand and check it");
+      throw Error(ExitCode::safety_trip,
+                  fmt::format("not armed: {}", acquisition::sentence_of(acquisition::CircuitAtRest::contact)));
     }
     const auto& band = config.limits.sensor;
     const bool outside = band && (reading.feedback_V < band->valid_min_V || reading.feedback_V > band->valid_max_V);

@@ -19,7 +19,7 @@ void require_at_rest(hal::Rig& rig, const RodAtRest& rest, const DisplayUnit& un
   }
   if (!moved_in) return;  // the loop judges a card that cannot be read
   throw RodMoved(
-      fmt::format("the rod's reading moved by {:.2g} {} with the hydraulics off: nothing is driven; "
+      fmt::format("the rod's reading moved by {:.2g} {} while nothing drove it: nothing is driven; "
                   "look at the rod, its contactor, the sensor and its wire",
                   unit.factor("in") * *moved_in, unit.of("in")));
 }

@@ -46,10 +46,17 @@ class RodBetweenRuns : public ::testing::Test {
   DrivenRig rig_;
 };
 
+/// Presses and resets the emergency stop of a card.
+void press_emergency_stop(CardMemory& card, std::chrono::milliseconds held) {
+  card.digital_inputs = 0;
+  std::this_thread::sleep_for(held);
+  card.digital_inputs = 1;
+}
+
 class LocalRodBetweenRuns : public RodBetweenRuns {
  protected:
-  int run(const std::vector<std::string>& files) {
-    folder_.write("rig.toml", DrivenRig::rig_text(std::nullopt));
+  int run(const std::vector<std::string>& files, const std::string& more_of_rig = "") {
+    folder_.write("rig.toml", DrivenRig::rig_text(std::nullopt) + more_of_rig);
     std::vector<std::string> words{EHA_PROGRAM, "run", "--local", "--yes", "--allow-non-realtime", "--rig", "rig.toml"};
     words.insert(words.end(), files.begin(), files.end());
     Driver driver(words, rig_.environment(), folder_.path());
@@ -73,6 +80,42 @@ TEST_F(LocalRodBetweenRuns, IsComparedWithTheEndOfTheRunBefore) {
   rig_.reset();
   EXPECT_EQ(said_.find("b: 2 s"), said_.rfind("b: 2 s")) << said_;
   EXPECT_NE(run({"a.toml", "b.toml"}), static_cast<int>(ExitCode::device_unavailable)) << said_;
+}
+
+TEST_F(LocalRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
+  folder_.write("a.toml", quiet_experiment_text("a", 2.0));
+  folder_.write("b.toml", quiet_experiment_text("b", 2.0));
+  {
+    const std::jthread person([this](const std::stop_token& end) {
+      CardMemory& card = rig_.card();
+      while (!end.stop_requested() && card.disabled_ns <= card.enabled_ns) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      press_emergency_stop(card, std::chrono::milliseconds(500));
+    });
+    EXPECT_NE(run({"a.toml", "b.toml"}), 0) << said_;
+  }
+  EXPECT_NE(said_.find("the emergency-stop circuit was opened while nothing was driven"), std::string::npos) << said_;
+  EXPECT_EQ(said_.find("b: 2 s"), std::string::npos) << said_;
+  EXPECT_NE(said_.find("not played"), std::string::npos) << said_;
+}
+
+TEST_F(LocalRodBetweenRuns, IsNotDrivenWithAContactorThatHasWelded) {
+  folder_.write("a.toml", quiet_experiment_text("a", 2.0));
+  folder_.write("b.toml", quiet_experiment_text("b", 2.0));
+  {
+    const std::jthread contactor([this](const std::stop_token& end) {
+      CardMemory& card = rig_.card();
+      while (!end.stop_requested() && !card.is_enabled()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      card.digital_inputs = 3;  // and stays so
+    });
+    EXPECT_NE(run({"a.toml", "b.toml"},
+                  "\n[comedi.enable_contact]\nsubdevice = 2\nchannel = 1\nactive = \"high\"\nfollows_within_s = 0.3\n"),
+              0)
+        << said_;
+  }
+  EXPECT_NE(said_.find("the contactor may be welded"), std::string::npos) << said_;
+  EXPECT_EQ(said_.find("b: 2 s"), std::string::npos) << said_;
 }
 
 TEST_F(LocalRodBetweenRuns, IsWhereARehearsalBegins) {
@@ -125,7 +168,7 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesWhileTheFolderIsMade) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   rig_.card().position_in -= 1.5;
-  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon_.log();
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in while nothing drove it")) << daemon_.log();
   fs::remove(hangs());
   const Json over = follow(daemon_, entry);
   EXPECT_EQ(over.at("outcome"), "refused");
@@ -158,7 +201,7 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesBetweenTheLastReadingAndThe
   EXPECT_EQ(over.at("outcome"), "refused") << over;
   EXPECT_NE(over.at("note").get<std::string>().find("the rod's reading moved by -1.5 in"), std::string::npos) << over;
   EXPECT_EQ(rig_.card().enabled_ns, 0);
-  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off: look at the rod"))
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in while nothing drove it: look at the rod"))
       << daemon_.log();
   EXPECT_EQ(refused(*client_, "arm").message.rfind("not armed: the rod's reading moved", 0), 0U);
   EXPECT_EQ(refused(*client_, "arm").message, "");
@@ -176,9 +219,34 @@ TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten
   rig_.card().position_in -= 1.5;
   const std::int64_t before_ns = rig_.card().enabled_ns;
   fs::remove(hangs());
-  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in with the hydraulics off")) << daemon_.log();
+  EXPECT_TRUE(daemon_.logs("the rod's reading moved by -1.5 in while nothing drove it")) << daemon_.log();
   EXPECT_EQ(entry_of(daemon_, next).at("state"), "held") << daemon_.log();
   EXPECT_EQ(rig_.card().enabled_ns, before_ns);
+}
+
+TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
+  const std::int64_t first = submit(*client_, quiet_experiment_text("first", 2.0), false);
+  const std::int64_t next = submit(*client_, quiet_experiment_text("next", 2.0), false);
+  follow(daemon_, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  hang();
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const std::int64_t before_ns = rig_.card().enabled_ns;
+  press_emergency_stop(rig_.card(), std::chrono::milliseconds(500));  // while the files of the run are written
+  fs::remove(hangs());
+  EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened while nothing was driven")) << daemon_.log();
+  EXPECT_EQ(entry_of(daemon_, next).at("state"), "held") << daemon_.log();
+  EXPECT_EQ(rig_.card().enabled_ns, before_ns);
+  EXPECT_EQ(refused(*client_, "arm").message, "");
+}
+
+TEST_F(ServiceRodBetweenRuns, IsDisarmedByAnEmergencyStopThoughNothingIsQueued) {
+  press_emergency_stop(rig_.card(), std::chrono::milliseconds(500));
+  EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened while nothing was driven")) << daemon_.log();
+  EXPECT_NE(client_->call("status").at("state"), "armed");
+  EXPECT_EQ(refused(*client_, "arm").message, "");
 }
 
 TEST_F(ServiceRodBetweenRuns, IsComparedWhereArmingOpensTheCardAnew) {
@@ -192,7 +260,7 @@ TEST_F(ServiceRodBetweenRuns, IsComparedWhereArmingOpensTheCardAnew) {
       rig_.card().position_in -= 1.5;
     });
     const Refused refusal = refused(*client_, "arm");
-    EXPECT_NE(refusal.message.find("moved by -1.5 in with the hydraulics off: nothing is driven"), std::string::npos)
+    EXPECT_NE(refusal.message.find("moved by -1.5 in while nothing drove it: nothing is driven"), std::string::npos)
         << refusal.message << daemon_.log();
   }
   EXPECT_EQ(refused(*client_, "arm").message, "") << "as it stands now";

@@ -6,7 +6,7 @@ import { count, duration, fixed, isNumber } from './units.js';
 /** What a state means, and the sign beside its word. */
 const kStates = {
   faulted: { glyph: '\u2715', meaning: 'nothing moves before eha arm' },
-  idle: { glyph: '\u25cb', meaning: 'not armed, hydraulics off' },
+  idle: { glyph: '\u25cb', meaning: 'not armed, nothing drives it' },
   armed: { glyph: '\u25d0', meaning: 'ready for a run' },
   ramp_in: { glyph: '\u25b2', meaning: 'the command rises to the first voltage' },
   running: { glyph: '\u25cf', meaning: 'the experiment is played' },
