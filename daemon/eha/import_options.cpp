@@ -55,6 +55,15 @@ void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options
       ->check(any)
       ->take_last()
       ->group(group);
+  if (columns == ImportedColumns::record) {
+    app.add_option("--input-late", options.input_late,
+                   "Rows by which the input's column comes late against the output: each row gets the input of so many "
+                   "rows later (default 0)")
+        ->type_name("ROWS")
+        ->check(CLI::Range(std::size_t{0}, std::size_t{1'000'000}).description(""))
+        ->take_last()
+        ->group(group);
+  }
   app.add_flag("--resample", options.resample, "Fill gaps and missing values, and even out the times of the rows")
       ->group(group);
   app.add_flag("--keep-lone-rows", options.keep_lone_rows,

@@ -26,11 +26,12 @@ namespace {
 /// Of the import options a run accepts only --from and --to.
 void refuse_options(const std::string& name, const importer::Options& options) {
   const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
-                   options.thousands || options.period_s || options.resample || options.keep_lone_rows;
+                   options.thousands || options.period_s || options.resample || options.input_late > 0 ||
+                   options.keep_lone_rows;
   if (!any) return;
   throw UsageError(
       fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
-                  "--decimal, --thousands, --period, --resample and --keep-lone-rows",
+                  "--decimal, --thousands, --period, --input-late, --resample and --keep-lone-rows",
                   name));
 }
 

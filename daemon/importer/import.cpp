@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -31,6 +32,7 @@
 #include "daemon/importer/table.hpp"
 #include "daemon/importer/time_grid.hpp"
 #include "daemon/importer/two_units.hpp"
+#include "ident/signal/measured_rows.hpp"
 
 namespace eha::importer {
 namespace {
@@ -234,6 +236,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
                                   ? ReplacedClock()
                                   : replaced_clock(table, roles, selection, rows.count(), path, options);
   imported.remarks = remarks_on_two_units(table.columns(), selection.columns, path);
+  imported.remarks.insert(imported.remarks.end(), rows.remarks.begin(), rows.remarks.end());
   imported.remarks.insert(imported.remarks.end(), clock.remarks.begin(), clock.remarks.end());
   const bool fills = options.resample || !clock.places.empty();
   ident::Record& record = imported.record;
@@ -342,6 +345,30 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
   return imported;
 }
 
+/// Gives each row the input of so many rows later; the last rows, whose input is not known, are left out.
+void shift_input_back(std::size_t rows, const std::filesystem::path& path, Imported& imported) {
+  ident::Record& record = imported.record;
+  const auto by = static_cast<Eigen::Index>(rows);
+  const Eigen::Index count = record.input.size() - by;
+  if (rows == 0) return;
+  if (count < 2) {
+    throw DataError(fmt::format("{}: --input-late {} leaves {} of {} rows; at least two are needed", path.string(),
+                                rows, std::max<Eigen::Index>(0, count), record.input.size()));
+  }
+  const auto behind = static_cast<std::size_t>(count);
+  record.input = record.input.tail(count).eval();
+  if (record.output.size() > 0) record.output = record.output.head(count).eval();
+  // A row lacks what its output or the input that it gets lacks.
+  std::vector<std::size_t> held = ident::rows_within(imported.held, rows, behind);
+  std::vector<std::size_t> own;
+  std::set_difference(record.unmeasured.begin(), record.unmeasured.end(), imported.held.begin(), imported.held.end(),
+                      std::back_inserter(own));
+  own = ident::rows_within(own, 0, behind);
+  record.unmeasured.clear();
+  std::set_union(own.begin(), own.end(), held.begin(), held.end(), std::back_inserter(record.unmeasured));
+  imported.held = std::move(held);
+}
+
 /// The same question with all that its command needs: rows that only --resample reads are named at once.
 std::string asked_at_once(const ColumnsAsked& asked, const std::filesystem::path& path, const Progress& progress) {
   const auto refusal = [&](const Options& options) -> std::optional<std::string> {
@@ -380,6 +407,7 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   Rows rows = table->read(selection, progress);
   Imported imported = assembled(rows, *table, roles, selection, path, options);
   const bool own = table->is_record_format();
+  shift_input_back(options.input_late, path, imported);
   imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
   imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
   if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);

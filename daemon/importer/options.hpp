@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@ struct Options {
   std::optional<double> period_s = {};  ///< [s]; replaces the time column
   std::optional<double> from_s = {};    ///< [s] of the file's time; earlier rows are left out
   std::optional<double> to_s = {};      ///< [s] of the file's time; later rows are left out
+  std::size_t input_late = 0;           ///< rows by which the input's column comes late: it is shifted back
   bool resample = false;                ///< fill gaps and missing values, and move rows to an even time grid
   bool keep_lone_rows = false;          ///< take rows that stand alone as measured
   /// The command that asked, quoted for a shell; refusals extend it to one that works. Empty: "eha import FILE".

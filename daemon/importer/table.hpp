@@ -56,7 +56,8 @@ struct Rows {
   std::vector<std::vector<double>> columns;  ///< [as selected][row]; a time column in seconds
   int time_decimals = 0;     ///< most digits after the point of the time [s] (negative: none, and trailing zeros)
   int time_significant = 0;  ///< most significant digits of the time
-  bool has_lines = false;    ///< the file is text
+  std::vector<std::string> remarks = {};  ///< on rows that were left out, a sentence each
+  bool has_lines = false;                 ///< the file is text
   std::size_t header_line = 0;
   /// (row, line) where the distance between the two changes, ascending.
   std::vector<std::pair<std::size_t, std::size_t>> line_marks;

@@ -190,7 +190,8 @@ std::optional<std::string_view> TextLines::next() {
     fail(fmt::format("the line is longer than {} characters; this is no CSV text", kLongestLine - 1));
   }
   std::string_view line = std::string_view(text_).substr(begin_, stop - begin_);
-  begin_ = end == std::string::npos ? stop : stop + 1;
+  is_unfinished_ = end == std::string::npos;
+  begin_ = is_unfinished_ ? stop : stop + 1;
   // Converting line ends twice leaves two of them.
   while (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   // A CSV parser would end a row there, and the fields of both rows would be read as one.

@@ -37,6 +37,8 @@ class TextLines {
   [[nodiscard]] std::optional<std::string_view> next();
   /// Number of the line that next() gave last, from 1.
   [[nodiscard]] std::size_t line() const { return line_; }
+  /// Whether that line is the last one and has no end, as where a copy broke off.
+  [[nodiscard]] bool is_unfinished() const { return is_unfinished_; }
   /// Share of the file that was read, 0..1; 0 when its size is unknown.
   [[nodiscard]] double share() const;
   [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -62,6 +64,7 @@ class TextLines {
   std::size_t begin_ = 0;
   char line_end_ = '\n';
   bool at_end_ = false;
+  bool is_unfinished_ = false;
   std::size_t line_ = 0;
 };
 

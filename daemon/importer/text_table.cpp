@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
@@ -51,6 +52,30 @@ std::string delimiter_name(char delimiter) {
       return "commas";
   }
 }
+
+/// Decimals of the last field of the rows before.
+class LastDecimals {
+ public:
+  void add(std::string_view field, char decimal) {
+    decimals_[count_ % decimals_.size()] = decimals_of(field, decimal);
+    ++count_;
+  }
+
+  /// Whether a field has fewer of them than each of those rows.
+  [[nodiscard]] bool is_broken_off(std::string_view field, char decimal) const {
+    if (count_ < decimals_.size()) return false;
+    return decimals_of(field, decimal) < *std::min_element(decimals_.begin(), decimals_.end());
+  }
+
+ private:
+  static std::size_t decimals_of(std::string_view field, char decimal) {
+    const std::size_t sign = field.find(decimal);
+    return sign == std::string_view::npos ? 0 : field.size() - sign - 1;
+  }
+
+  std::array<std::size_t, 30> decimals_{};
+  std::size_t count_ = 0;
+};
 
 class TextTable final : public Table {
  public:
@@ -179,6 +204,7 @@ class TextTable final : public Table {
     const double last_wanted =
         std::isfinite(selection.to) ? selection.to - kInside * std::max(1.0, std::abs(selection.to)) : selection.to;
     LabviewBlocks blocks;
+    LastDecimals decimals;
     while (const auto line = lines_.next()) {
       if (lines_.line() < dialect_.first_data_line || is_between_rows(*line, blocks)) continue;
       if (selection.keep_missing && is_spreadsheet_error(*line)) {
@@ -193,6 +219,15 @@ class TextTable final : public Table {
       if (rows.count() > 0 && last_at >= last_wanted && !is_row(*line, fields, selection)) break;
       try {
         split(*line, fields);
+        const std::string_view last = fields[dialect_.fields - 1];
+        if (lines_.is_unfinished() && decimals.is_broken_off(last, dialect_.signs.decimal)) {
+          rows.remarks.push_back(fmt::format(
+              "{}:{}: the file ends within the number {}, without a line end and with fewer decimals than the rows "
+              "before: the row is left out; copy the file again if more rows are missing",
+              path_.string(), lines_.line(), quoted_for_message(last)));
+          break;
+        }
+        decimals.add(last, dialect_.signs.decimal);
         if (!selection.has_time && is_word(fields[lead_])) refuse_number(lead_, fields[lead_], NumberKind::none, "");
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = number(fields, selection, i, rows);
       } catch (const DataError& error) {

@@ -212,16 +212,43 @@ class Grid {
     }
   }
 
-  /// A clock that shows several rows alike: all rows together tell their period, and resampling would lose most.
+  /// Whether a row has all values of the row before.
+  [[nodiscard]] bool keeps_values(std::size_t k) const {
+    return std::all_of(table_.columns.begin() + 1, table_.columns.end(), [k](const std::vector<double>& column) {
+      return !(column[k] > column[k - 1]) && !(column[k] < column[k - 1]);
+    });
+  }
+
+  /// A clock that shows several rows alike: all rows together tell their period, and resampling would lose most. Rows
+  /// that a logger wrote twice are left out by it.
   void refuse_coarse_clock() const {
     constexpr std::size_t kRowsPerRepeat = 10;
+    constexpr double kMostlyCopies = 0.9;
+    constexpr double kMostAtRest = 0.5;  // of the other rows, which keep their values where nothing moves
     std::size_t repeats = 0;
+    std::size_t copies = 0;
+    std::size_t at_rest = 0;
+    double least_step_s = std::numeric_limits<double>::infinity();
     for (std::size_t k = 1; k < time_s_.size(); ++k) {
-      if (!(time_s_[k] > time_s_[k - 1]) && !(time_s_[k] < time_s_[k - 1])) ++repeats;
+      const double step_s = time_s_[k] - time_s_[k - 1];
+      if (step_s > 0.0) least_step_s = std::min(least_step_s, step_s);
+      const bool is_repeat = !(step_s > 0.0 || step_s < 0.0);
+      if (is_repeat) ++repeats;
+      if (keeps_values(k)) ++(is_repeat ? copies : at_rest);
     }
     if (kRowsPerRepeat * repeats < time_s_.size()) return;
+    const bool are_copies = static_cast<double>(copies) > kMostlyCopies * static_cast<double>(repeats) &&
+                            static_cast<double>(at_rest) < kMostAtRest * static_cast<double>(time_s_.size() - repeats);
+    if (are_copies && std::isfinite(least_step_s)) {
+      throw DataError(fmt::format(
+          "{}: {} of {} rows repeat the row before, its time and all its values, as where a logger or a copy "
+          "writes each row twice; to leave them out: `{}`",
+          path_.string(), copies, time_s_.size(), command("--resample")));
+    }
+    // The clock goes on by no less, however many digits it has.
+    const double shown_s = std::isfinite(least_step_s) ? least_step_s : 0.0;
     RowClock clock;
-    for (const double time_s : time_s_) clock.add(time_s, quantum_s(time_s_.size() - 1));
+    for (const double time_s : time_s_) clock.add(time_s, std::max(shown_s, quantum_s(time_s_.size() - 1)));
     const std::optional<RowPeriod> period = clock.period();
     if (!period) return;
     throw DataError(fmt::format("{}: the times repeat, as they are shown more coarsely than the rows follow; {}",

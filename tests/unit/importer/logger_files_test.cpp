@@ -191,5 +191,54 @@ TEST_F(LoggerFile, WithRowsOffAnEvenGridSaysWhatMovingThemCosts) {
   EXPECT_NE(remark(2).find("--period 0.01 takes them so"), std::string::npos) << remark(2);
 }
 
+TEST_F(LoggerFile, ThatEndsWithinANumberLosesThatRow) {
+  const std::string text = Rig::rows("time_s,voltage_V,displacement_mm\n", [](int k) {
+    return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, Rig::volts(k), Rig::place(k));
+  });
+  for (const std::size_t digits : {1U, 3U, 5U}) {  // of "6.1234\n"
+    const Imported cut = import_record(write("cut.csv", text.substr(0, text.size() - 1 - digits)), {});
+    EXPECT_EQ(cut.record.output.size(), Rig::kRows - 1) << digits;
+    ASSERT_FALSE(cut.remarks.empty());
+    EXPECT_NE(cut.remarks.front().find("cut.csv:301: the file ends within the number"), std::string::npos)
+        << cut.remarks.front();
+  }
+  const Imported whole = import_record(write("whole.csv", text.substr(0, text.size() - 1)), {});
+  EXPECT_EQ(whole.record.output.size(), Rig::kRows) << "a last line without an end";
+  const Imported ended = import_record(write("ended.csv", text.substr(0, text.size() - 4) + "\n"), {});
+  EXPECT_EQ(ended.record.output.size(), Rig::kRows) << "a short number with an end of the line";
+}
+
+TEST_F(LoggerFile, WithEachRowTwiceIsReadOnceByTheCommandOfItsRefusal) {
+  const auto text = [](bool are_copies) {
+    return Rig::rows("time_s,voltage_V,displacement_mm\n", [are_copies](int k) {
+      const int at = are_copies ? k / 2 : k;
+      return fmt::format("{:.3f},{:.4f},{:.4f}", 0.02 * (k / 2), Rig::volts(at), Rig::place(at));
+    });
+  };
+  const auto path = write("twice.csv", text(true));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("150 of 300 rows repeat the row before, its time and all its values"), std::string::npos)
+      << refusal;
+  const Imported once = import_record(path, {.resample = true});
+  EXPECT_EQ(once.record.output.size(), 150);
+  EXPECT_DOUBLE_EQ(once.record.step_s, 0.02);
+  // Other values at a time that is shown twice are rows of their own: the clock is coarse.
+  const auto coarse = write("coarse.csv", text(false));
+  const Imported all = import_record(coarse, {.period_s = offered(refusal_of(coarse))});
+  EXPECT_EQ(all.record.output.size(), 300) << refusal_of(coarse);
+  EXPECT_DOUBLE_EQ(all.record.step_s, 0.01) << refusal_of(coarse);
+}
+
+TEST_F(LoggerFile, WithALateInputIsShiftedBack) {
+  const auto path = write("late.csv", Rig::rows("time_s,voltage_V,displacement_mm\n", [](int k) {
+                            return fmt::format("{:.2f},{:.4f},{:.4f}", 0.01 * k, Rig::volts(k - 2), Rig::place(k));
+                          }));
+  const Imported late = import_record(path, {.input_late = 2});
+  ASSERT_EQ(late.record.input.size(), Rig::kRows - 2);
+  EXPECT_NEAR(late.record.input[0], Rig::volts(0), 1e-4);
+  EXPECT_NEAR(late.record.output[0], Rig::place(0), 1e-4);
+  EXPECT_THROW(static_cast<void>(import_record(path, {.input_late = 299})), DataError);
+}
+
 }  // namespace
 }  // namespace eha::importer
