@@ -157,6 +157,9 @@ std::string map_note(const Model& model, SheetSays sheet) {
            "leaks: " +
            shift_text;
   }
+  if (model.validation->jump) {
+    return "the error jumps, which bends the edges of that dead band as a leak would: " + shift_text;
+  }
   const auto box = model.provenance.find(kGreyBoxHolds);
   const bool integrates = model.stability && model.stability->integrator_order > 0.0;  // else it is of another kind
   if (box != model.provenance.end() && integrates) {

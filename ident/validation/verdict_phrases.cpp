@@ -57,7 +57,8 @@ std::string effect_of(const Model& model) {
 }
 
 bool is_of_bent_edges(const Model& model, const NonlinearityTest& test) {
-  return test.kind == NonlinearKind::level && noted_shift(model);
+  // A jump of the error bends them, too.
+  return test.kind == NonlinearKind::level && noted_shift(model) && !model.validation->jump;
 }
 
 std::string levels_text(const InputLevels& levels, const std::string& unit) {

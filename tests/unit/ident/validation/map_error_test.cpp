@@ -90,6 +90,10 @@ TEST(MapNote, SaysFromWhichShiftOnNullAndDeadBandAreOff) {
   EXPECT_NE(map_note(model).find("as where oil leaks past the piston or friction"), std::string::npos);
   EXPECT_TRUE(map_note(model, SheetSays::is_tight).starts_with("dry friction bends the edges of that dead band"));
   EXPECT_NE(map_note(model, SheetSays::is_tight).find("up to 0.086 V off the valve's"), std::string::npos);
+  model.validation->jump.emplace();
+  EXPECT_EQ(map_note(model).find("leaks"), std::string::npos) << "a jump explains the edges: " << map_note(model);
+  EXPECT_NE(map_note(model).find("up to 0.086 V off the valve's"), std::string::npos) << map_note(model);
+  model.validation->jump.reset();
   model.input_unit = "mA";
   EXPECT_EQ(map_note(model), "");
   model.validation->map_error = 0.07;
