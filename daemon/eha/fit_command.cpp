@@ -30,7 +30,6 @@
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
-#include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/identification.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
@@ -234,8 +233,10 @@ Answered answer(const FitCommand& command, Source& source, Console& console) {
   };
   const IdentificationTask task = task_for(command, source);
   Identification held = of_task(task);
-  // What the input does to noise alone is nothing.
-  if (identify::next_step_of(held).first == ident::FirstStep::look_at_sensor) return {task, std::move(held)};
+  // What the input does to noise alone is nothing, and a wrong one does nothing between the rows.
+  const ident::FirstStep first = identify::next_step_of(held).first;
+  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input)
+    return {task, std::move(held)};
   const auto between = identify::input_between_rows(source, task, held);
   if (between && between->is_straight && !command.record.intersample) {
     console.info(fmt::format("{}: it is taken so (--intersample zoh: as held)", between->seen));
@@ -295,20 +296,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   require_own_folder(command, source);
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
-  Answered answered = answer(command, source, console);
-  const auto exchanged = identify::exchanged_fit(source, answered.task, answered.identification);
-  if (exchanged) {
-    // What the models as given show is of no plant.
-    answered.identification.recommendation.reason = fmt::format(
-        "Input and output may be exchanged: no model passes its checks, and the other way round {} has a validation R2 "
-        "of {:.1f} %",
-        exchanged->name, exchanged->r2_percent);
-    for (identify::IdentifiedModel& one : answered.identification.models) {
-      if (one.result.model.verdict) {
-        one.result.model.verdict->reasons = {answered.identification.recommendation.reason + "."};
-      }
-    }
-  }
+  const Answered answered = answer(command, source, console);
   const Identification& identification = answered.identification;
   const ident::FirstStep first = identify::next_step_of(identification).first;
   std::vector<fs::path> written = write(identification, command, source);
@@ -327,8 +315,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (exchanged) {
-    console.next_step(importer::command_with(command.import, command.source, source.exchange));
+  if (first == ident::FirstStep::mend_input) {
+    console.next_step(mending_fit(command, source, identification));
     return code;
   }
   const auto cut = cut_command(command, source, identification);

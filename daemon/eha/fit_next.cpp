@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
 #include <system_error>
 
 #include "core/error.hpp"
@@ -76,6 +77,16 @@ std::optional<std::string> cut_command(const FitCommand& command, const Source& 
   const std::string cut = identify::next_step_of(identification).cut_options;
   if (cut.empty()) return std::nullopt;
   return fit_of_part(command, source, cut);
+}
+
+std::string mending_fit(const FitCommand& command, const Source& source, const Identification& identification) {
+  constexpr std::string_view kLate = "--input-late ";
+  std::string options = identification.mended_input;
+  // Of a column that was shifted already it is the rest.
+  if (options.starts_with(kLate)) {
+    options = fmt::format("{}{}", kLate, command.import.input_late + std::stoul(options.substr(kLate.size())));
+  }
+  return options.empty() ? picture_of_record(command) : fit_of_part(command, source, options);
 }
 
 std::string command_of_ladder(const FitCommand& command) {

@@ -27,6 +27,10 @@ struct OtherModel {
 [[nodiscard]] std::optional<std::string> cut_command(const FitCommand& command, const identify::Source& source,
                                                      const identify::Identification& identification);
 
+/// The fit of a record whose input column is mended, or the record's picture where no option mends it.
+[[nodiscard]] std::string mending_fit(const FitCommand& command, const identify::Source& source,
+                                      const identify::Identification& identification);
+
 /// The same fit of the ladder instead of the named models.
 [[nodiscard]] std::string command_of_ladder(const FitCommand& command);
 

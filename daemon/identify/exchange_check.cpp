@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/importer/output_findings.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/structure/structures.hpp"
@@ -16,7 +17,8 @@ namespace eha::identify {
 namespace {
 
 constexpr double kFitsWell_percent = 90.0;
-constexpr int kSamples = 4000;  // compared, about
+constexpr double kFarLessLeft = 0.25;  // of what a model leaves over, in R2
+constexpr int kSamples = 4000;         // compared, about
 
 double r2_percent(const ident::Model& model) { return model.validation ? model.validation->score.r2_percent : 0.0; }
 
@@ -30,19 +32,37 @@ std::optional<ExchangedFit> other_way_round(const Source& source, ident::FitOpti
   const auto rows = static_cast<int>(std::min<Eigen::Index>(exchanged.input.size(), 1'000'000'000));
   options.decimation *= std::max(1, rows / (options.decimation * kSamples));
   std::optional<ExchangedFit> best;
-  for (const char* name : {"io1", "integrator_lag"}) {
+  const auto simple_of = [](const char* name) {
     ident::StructureOptions simple;
     simple.name = name;
     simple.structure = ident::structure_family(name).make({.poles = 1, .zeros = 0});
     simple.structure.delay.freedom = ident::Freedom::free;
+    return simple;
+  };
+  // A dead band alone takes a tenth of the motion away.
+  ident::StructureOptions behind_valve = simple_of("integrator_lag");
+  behind_valve.name = "integrator_lag_valve";
+  behind_valve.structure = ident::structures::behind_valve(behind_valve.structure);
+  for (const ident::StructureOptions& simple : {simple_of("io1"), simple_of("integrator_lag"), behind_valve}) {
     try {
       const double r2 = r2_percent(ident::fit(exchanged, simple, options, thread_executor()).model);
-      if (r2 > kFitsWell_percent && (!best || r2 > best->r2_percent)) best = {name, r2};
+      if (r2 > kFitsWell_percent && (!best || r2 > best->r2_percent)) best = {simple.name, r2};
     } catch (const DataError&) {
       continue;  // this one cannot be fitted the other way round
     }
   }
   return best;
+}
+
+/// Whether the output comes before the input by the record alone, and no model passes every check.
+bool comes_before_its_input(const ident::Record& record, const Identification& identification) {
+  const bool any_good = std::any_of(identification.models.begin(), identification.models.end(), [](const auto& one) {
+    const auto& verdict = one.result.model.verdict;
+    return verdict && verdict->grade == ident::Grade::good;
+  });
+  return !any_good && !importer::why_exchanged({record.input.begin(), record.input.end()},
+                                               {record.output.begin(), record.output.end()})
+                           .empty();
 }
 
 const ident::Score& score_of(const ScoredModel& scored) {
@@ -55,11 +75,15 @@ const ident::Score& score_of(const ScoredModel& scored) {
 std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
                                           const Identification& identification) {
   if (source.run_folder || task.options.split >= 1.0) return std::nullopt;
-  if (std::any_of(identification.models.begin(), identification.models.end(), is_accepted)) return std::nullopt;
-  std::optional<ExchangedFit> best = other_way_round(source, task.options);
-  const bool is_as_good_as_given =
-      best && std::any_of(identification.models.begin(), identification.models.end(),
-                          [&](const IdentifiedModel& m) { return r2_percent(m.result.model) >= best->r2_percent; });
+  const auto& models = identification.models;
+  const bool any_accepted = std::any_of(models.begin(), models.end(), is_accepted);
+  if (any_accepted && !comes_before_its_input(source.record, identification)) return std::nullopt;
+  const std::optional<ExchangedFit> best = other_way_round(source, task.options);
+  // Beside a model that is accepted the other way round has to leave far less over.
+  const double share = any_accepted ? kFarLessLeft : 1.0;
+  const bool is_as_good_as_given = best && std::any_of(models.begin(), models.end(), [&](const IdentifiedModel& m) {
+                                     return 100.0 - best->r2_percent >= share * (100.0 - r2_percent(m.result.model));
+                                   });
   return is_as_good_as_given ? std::nullopt : best;
 }
 

@@ -15,6 +15,7 @@
 
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
+#include "daemon/identify/input_trial.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/moving_start.hpp"
@@ -457,15 +458,18 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   const FitTask fit = [&](const IdentificationTask& other_task) {
     return fit_in_rounds(source, other_task, comparisons, progress);
   };
-  const std::optional<WithoutTrend> straight = without_trend(named, identification, fit);
+  const std::optional<WrongInput> wrong = wrong_input(source, named, identification);
+  // What a wrong input leaves over looks like a drift, friction or more poles.
+  if (wrong) reject_for(*wrong, named, identification);
+  const std::optional<WithoutTrend> straight = wrong ? std::nullopt : without_trend(named, identification, fit);
   if (straight) {
     identification = straight->identification;
     named.trend = straight->trend;
     named.remarks.push_back(straight->sentence);
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
-  const std::string later = leave_out_moving_start(judged, identification, fit);
-  try_other_structures(judged, identification);
+  const std::string later = wrong ? std::string() : leave_out_moving_start(judged, identification, fit);
+  if (!wrong) try_other_structures(judged, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (straight) identification.warnings.push_back(straight->sentence);

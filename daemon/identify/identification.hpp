@@ -87,12 +87,14 @@ struct Identification {
   std::optional<ident::FrequencyResponse> frequency_response = {};
   std::vector<std::string> response_notes = {};  ///< what it leaves out and why, one sentence each
   std::vector<CrossValidatedModel> cross_validation = {};
-  FitTable fit_table = {};                             ///< of `models`
-  FitTable paper_fit_table = {};                       ///< of `paper`
-  std::vector<std::string> warnings = {};              ///< reasons for missing comparisons, one sentence each
-  std::vector<std::string> notes = {};                 ///< reasons for a missing frequency response
-  std::vector<ident::Refusal> refused = {};            ///< structures that the record does not allow
-  std::vector<Round> rounds = {};                      ///< in their order, at least one
+  FitTable fit_table = {};                   ///< of `models`
+  FitTable paper_fit_table = {};             ///< of `paper`
+  std::vector<std::string> warnings = {};    ///< reasons for missing comparisons, one sentence each
+  std::vector<std::string> notes = {};       ///< reasons for a missing frequency response
+  std::vector<ident::Refusal> refused = {};  ///< structures that the record does not allow
+  std::vector<Round> rounds = {};            ///< in their order, at least one
+  /// Where the input column is wrong, the options of `eha fit` that mend it; may be empty.
+  std::string mended_input = {};
   std::optional<NextExperiment> next_experiment = {};  ///< set without a model that this record accepts and can judge
 };
 

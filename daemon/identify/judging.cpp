@@ -80,7 +80,7 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
   for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
                           ident::kWithoutGaps, ident::kWithinDeadBand, ident::kAtCommandLimit,
                           ident::kEffectOnOwnRecord, ident::kGainChanged, ident::kBesideGainChange, ident::kLongerPart,
-                          ident::kSlowRows, ident::kLoopOfRecord, ident::kAgainstLostRows}) {
+                          ident::kSlowRows, ident::kLoopOfRecord, ident::kAgainstLostRows, ident::kWrongInput}) {
     model.provenance.erase(key);
   }
   ident::forget_explanation(model);

@@ -42,6 +42,8 @@ std::string against_error(const ident::Model& model) {
            in_box;
   }
   switch (ident::error_cause(model, *model.verdict)) {
+    case ErrorCause::wrong_input:
+      return "The input column is wrong: " + in_box;
     case ErrorCause::frozen:
       return "The sensor froze, which no model follows: cut that part as the box above says.";
     case ErrorCause::slow_rows:

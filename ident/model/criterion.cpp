@@ -48,6 +48,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::jump, "error_jump", "", Unit::output, Weight::lowers, "sudden change of the error", "the error jumps"},
     {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers,
      "rows with an input beyond the estimating ones", "input beyond the estimating part"},
+    {Kind::wrong_input, "wrong_input", "", Unit::none, Weight::rejects, "input column is wrong (1: yes)",
+     "input column is wrong"},
     {Kind::error_over_noise, "error_over_noise", "", Unit::none, Weight::lowers, "error over the measured noise",
      "error {value} times the noise"},
     {Kind::far_error_over_noise, "far_error_over_noise", "", Unit::none, Weight::rejects,

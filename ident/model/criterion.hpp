@@ -28,6 +28,7 @@ enum class CriterionKind : std::uint8_t {
   far_saturated,  ///< saturated, or on an end stop, in so many samples that the parameters are wrong
   jump,           ///< a sudden lasting change of the error
   extrapolated,
+  wrong_input,  ///< the record's input column is not what the plant got (1), see identify::wrong_input()
   error_over_noise,
   far_error_over_noise,   ///< the same, with so great an error that the model is wrong
   error_over_refit,       ///< on another record: against the same structure fitted to it

@@ -10,6 +10,7 @@ namespace eha::ident {
 /// What explains the greatest part of a model's error on a record, by the findings of its validation. Of several the
 /// first of this list.
 enum class ErrorCause {
+  wrong_input,   ///< the input column is not what the plant got
   frozen,        ///< the sensor froze, and the model is off
   slow_rows,     ///< the rows are too slow for the plant
   end_stop,      ///< the output stands at an end

@@ -57,6 +57,7 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
       any([](const Model* model) { return model->verdict && shows_no_motion(*model, *model->verdict); })) {
     return {FirstStep::look_at_sensor};
   }
+  if (any([](const Model* model) { return model->provenance.contains(kWrongInput); })) return {FirstStep::mend_input};
   for (const Model* model : counted) {
     if (const std::string cut = told(*model, kCutOfRecord); !cut.empty()) return {FirstStep::cut, cut};
   }

@@ -42,9 +42,9 @@ std::vector<std::string> Reasons::frozen() {
 }
 
 bool Reasons::is_cause_named() const {
-  return cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows || is_in_loop() ||
-         cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise ||
-         explanation_;
+  return cause_ == ErrorCause::wrong_input || cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows ||
+         is_in_loop() || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump ||
+         cause_ == ErrorCause::input_noise || explanation_;
 }
 
 bool Reasons::is_in_loop() const { return cause_ == ErrorCause::feedback && model_.provenance.contains(kLoopOfRecord); }

@@ -157,6 +157,11 @@ void judge_loop(const Model& model, Judgement& judgement) {
                       false);
 }
 
+/// Of a record whose input is not what the plant got: no figure of any model of it holds.
+void judge_input(const Model& model, Judgement& judgement) {
+  if (model.provenance.contains(kWrongInput)) judgement.criterion(Kind::wrong_input, 1.0, 0.0, false);
+}
+
 void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
   const ValidationReport& validation = *model.validation;
   if (const auto& noise = validation.input_noise) {
@@ -312,6 +317,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
     judgement.lower(Grade::rejected);
   }
   judge_loop(model, judgement);
+  judge_input(model, judgement);
   if (facts.error_over_refit) {
     judgement.criterion(Kind::error_over_refit, *facts.error_over_refit, kGreatestErrorOverRefit,
                         *facts.error_over_refit <= kGreatestErrorOverRefit);

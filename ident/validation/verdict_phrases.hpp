@@ -71,6 +71,9 @@ inline constexpr const char* kSlowRows = "slow_rows";
 /// The provenance of a model of a record in closed loop: the correlation of loop_in_record().
 inline constexpr const char* kLoopOfRecord = "loop";
 
+/// The provenance of a model of a file whose input column is not what the plant got: what shows it, and what to do.
+inline constexpr const char* kWrongInput = "wrong_input";
+
 /// That a controller closes the loop, and what to do; empty where none is seen.
 [[nodiscard]] std::string loop_in_record_of(const Model& model);
 

@@ -27,6 +27,8 @@ using Kind = CriterionKind;
 
 std::vector<std::string> Reasons::all() {
   if (shows_no_motion(model_, verdict_)) return {no_motion()};
+  // What is left over shows the input, and no plant.
+  if (cause_ == ErrorCause::wrong_input) return {model_.provenance.at(kWrongInput) + "."};
   if (cause_ == ErrorCause::frozen) return frozen();
   // What explains the other reasons comes first.
   about({Kind::unmeasured, Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::record_length,
@@ -298,7 +300,8 @@ std::string Reasons::failed(const Criterion& c) const {
           "The map is no valve's: its gain below the dead band is {:.3g} times that above, so more volts to one side "
           "would turn the motion round; use the model without the map, or record both sides of the valve.",
           c.value);
-    case Kind::jump:  // causes_in_record() says it first
+    case Kind::wrong_input:  // all() says it alone
+    case Kind::jump:         // causes_in_record() says it first
     case Kind::input_noise:
     case Kind::input_levels:
     case Kind::other:

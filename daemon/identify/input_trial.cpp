@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/identify/input_trial.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/time_text.hpp"
+#include "daemon/identify/exchange_check.hpp"
+#include "daemon/identify/judging.hpp"
+#include "daemon/identify/thread_executor.hpp"
+#include "ident/estimation/prepared_record.hpp"
+#include "ident/model/parameter_text.hpp"
+#include "ident/signal/clipped_input.hpp"
+#include "ident/signal/frozen_input.hpp"
+#include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+
+namespace eha::identify {
+namespace {
+
+using Eigen::Index;
+using Kind = ident::CriterionKind;
+
+constexpr Index kMostRowsOfTrial = 1'000'000;
+constexpr Index kMostTriedRows = 20'000;  // from the first on, which tell what the others would
+constexpr std::array<std::string_view, 4> kSimpleBases{"integrator_lag_valve", "io_valve", "integrator_lag", "io"};
+constexpr std::size_t kMostBasesTried = 2;
+constexpr std::array<Index, 6> kShifts{1, 2, 4, 8, 16, 32};  // rows
+constexpr double kMostShifted = 0.05;                        // of its rows, for a shift
+constexpr double kLessByShift = 0.5;                         // of the error
+constexpr double kLessWithoutFrozen = 0.5;                   // of the error
+constexpr double kLessByBridges = 0.7;                       // of the error
+constexpr std::array kBridgeScales{0.7, 1.0, 1.4};
+constexpr double kLongPartOfRecord = 0.2;  // of the record, that a fit of a part without clipped rows needs
+
+double rms_error_of(const ident::Model& model) { return std::sqrt(model.estimation->score.mse); }
+
+/// The simple models of a table, those that err least, and the one that stands first in it.
+std::vector<const IdentifiedModel*> bases_of(const Identification& identification) {
+  std::vector<const IdentifiedModel*> bases;
+  for (const IdentifiedModel& one : identification.models) {
+    const bool is_simple =
+        std::find(kSimpleBases.begin(), kSimpleBases.end(), one.structure.name) != kSimpleBases.end();
+    const bool is_first = one.structure.name == identification.recommendation.model;
+    const bool is_asked = identification.models.size() <= kMostBasesTried;
+    if (one.result.model.estimation && !one.result.model.grey_box && (is_simple || is_first || is_asked)) {
+      bases.push_back(&one);
+    }
+  }
+  std::stable_sort(bases.begin(), bases.end(), [](const IdentifiedModel* a, const IdentifiedModel* b) {
+    return rms_error_of(a->result.model) < rms_error_of(b->result.model);
+  });
+  if (bases.size() > kMostBasesTried) bases.resize(kMostBasesTried);
+  return bases;
+}
+
+/// Whether a model leaves something over that an input column may have made.
+bool misses_something(const ident::Model& model) {
+  return !model.verdict ||
+         ident::fails_any(*model.verdict,
+                          {Kind::r2, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
+                           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::jump,
+                           Kind::error_over_estimating, Kind::error_over_noise, Kind::far_error_over_noise});
+}
+
+/// Least rms error of the structures fitted to another record, from where they were found; none where it allows none.
+struct Refit {
+  double error = 0.0;
+  std::string name = {};
+};
+
+std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& bases, const ident::Record& record,
+                                    ident::FitOptions options) {
+  options.intervals = ident::IntervalMethod::straight;
+  options.search = ident::Search::nearest;
+  options.reported = ident::Reported::estimation;
+  // What is wrong with a column may lie in the part that judges.
+  options.split = 1.0;
+  std::optional<Refit> best;
+  for (const IdentifiedModel* base : bases) {
+    try {
+      const ident::PreparedRecord prepared(record, options);
+      const ident::Model model =
+          ident::fit(prepared, base->structure, options, thread_executor(), {base->result.model}).model;
+      if (!model.estimation) continue;
+      if (!best || rms_error_of(model) < best->error) best = Refit{rms_error_of(model), base->structure.name};
+    } catch (const DataError&) {
+      continue;  // this structure cannot be fitted to it
+    }
+  }
+  return best;
+}
+
+/// These rows of a record.
+ident::Record rows_of(const ident::Record& record, Index first, Index count) {
+  ident::Record found = record;
+  found.input = record.input.segment(first, count);
+  found.output = record.output.segment(first, count);
+  found.unmeasured =
+      ident::rows_within(record.unmeasured, static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+  return found;
+}
+
+ident::Record tried_rows(const ident::Record& record, Index parts) {
+  return rows_of(record, 0, std::min<Index>(record.input.size(), kMostTriedRows * parts));
+}
+
+/// The record whose rows have the input of so many rows later.
+ident::Record with_later_input(const ident::Record& record, Index rows) {
+  const Index count = record.input.size() - rows;
+  ident::Record found = rows_of(record, 0, count);
+  found.input = record.input.tail(count);
+  return found;
+}
+
+std::optional<WrongInput> of_late_input(const Source& source, const IdentificationTask& task,
+                                        const std::vector<const IdentifiedModel*>& bases) {
+  const Index parts = parts_of_a_row(source);
+  const ident::Record record = tried_rows(task.record, parts);
+  const bool is_held = parts == 1;
+  // In parts, so that the filter before the comparison takes as much noise away from each.
+  ident::FitOptions options = task.options;
+  if (is_held) options.decimation *= ident::kPartsOfARow;
+  const auto fitted = [&](Index rows, ident::Intersample intersample) {
+    const ident::Record moved = with_later_input(record, rows * parts);
+    return least_error_of(bases, is_held ? ident::in_parts(moved, intersample) : moved, options);
+  };
+  const std::optional<Refit> given = fitted(0, ident::Intersample::held);
+  if (!given) return std::nullopt;
+  double least = given->error;
+  if (const auto straight = is_held ? fitted(0, ident::Intersample::straight) : std::nullopt) {
+    least = std::min(least, straight->error);
+  }
+  std::optional<Refit> best;
+  Index best_rows = 0;
+  const auto most = static_cast<Index>(kMostShifted * static_cast<double>(record.input.size() / parts));
+  const auto take = [&](Index rows) {
+    if (rows < 1 || rows > most) return;
+    const std::optional<Refit> found = fitted(rows, ident::Intersample::held);
+    if (!found || (best && !(found->error < best->error))) return;
+    best = found;
+    best_rows = rows;
+  };
+  for (const Index rows : kShifts) {
+    const Index before = best_rows;
+    take(rows);
+    if (best_rows == before && best_rows > 0) break;  // it errs more again
+  }
+  for (Index step = best_rows / 4; step >= 1; step /= 2) {
+    const Index middle = best_rows;
+    take(middle - step);
+    take(middle + step);
+  }
+  if (best_rows == 2) take(3);
+  if (!best || !(best->error <= kLessByShift * least)) return std::nullopt;
+  // Rows that are too slow for the plant look like a column that is one row late.
+  if (best_rows == 1 && !task.slow_rows.empty()) return std::nullopt;
+  const double row_s = record.step_s * static_cast<double>(parts);
+  return WrongInput{
+      fmt::format("The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
+                  "input of as many rows later {} errs {} times as much, and no plant answers before its input; "
+                  "shift the column back (`eha fit --input-late {}`), or mend the logger",
+                  best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
+                  ident::figure_text(best->error / least), best_rows),
+      fmt::format("--input-late {}", best_rows)};
+}
+
+/// Stretches of a record, first and last row.
+using Stretches = std::vector<std::pair<Index, Index>>;
+
+std::string time_at(const ident::Record& record, Index row) {
+  return time_text(record.start_s + static_cast<double>(row) * record.step_s);
+}
+
+/// First row and the row behind the last of the longest part without these stretches; none where it is short.
+std::optional<std::pair<Index, Index>> longest_without(const Stretches& stretches, Index rows) {
+  Index begin = 0;
+  Index first = 0;
+  Index behind = 0;
+  const auto take = [&](Index end) {
+    if (end - begin <= behind - first) return;
+    first = begin;
+    behind = end;
+  };
+  for (const auto& [from, to] : stretches) {
+    take(from);
+    begin = to + 1;
+  }
+  take(rows);
+  if (static_cast<double>(behind - first) < kLongPartOfRecord * static_cast<double>(rows)) return std::nullopt;
+  return std::pair{first, behind};
+}
+
+/// "--from 12.5 --to 48.2"
+std::string cut_to(const std::pair<Index, Index>& part, const ident::Record& record) {
+  std::string options = part.first > 0 ? "--from " + time_at(record, part.first) : "";
+  if (part.second < record.input.size()) {
+    options += (options.empty() ? "--to " : " --to ") + time_at(record, part.second - 1);
+  }
+  return options;
+}
+
+/// Where a logger repeated its last value; the part without has to fit far better.
+std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
+                                          const std::vector<const IdentifiedModel*>& bases) {
+  const ident::Record& record = task.record;
+  const Stretches stretches = ident::frozen_input(record.input, record.output);
+  const auto part = stretches.empty() ? std::nullopt : longest_without(stretches, record.input.size());
+  if (!part) return std::nullopt;
+  const ident::Record without = rows_of(record, part->first, part->second - part->first);
+  const std::optional<Refit> given = least_error_of(bases, record, task.options);
+  const std::optional<Refit> found = least_error_of(bases, without, task.options);
+  if (!given || !found || !(found->error <= kLessWithoutFrozen * given->error)) return std::nullopt;
+  const auto& [first, last] = *std::max_element(stretches.begin(), stretches.end(), [](const auto& a, const auto& b) {
+    return a.second - a.first < b.second - b.first;
+  });
+  const std::string options = cut_to(*part, record);
+  return WrongInput{
+      fmt::format("The input's column froze from {} to {} s{}: it keeps {:.6g}{} to the last digit while the output "
+                  "turns about as it does elsewhere, so that what the plant got is not recorded there; cut with {}, or "
+                  "mend the logger and record again",
+                  time_at(record, first), time_at(record, last),
+                  stretches.size() > 1 ? fmt::format(" and {} more times", stretches.size() - 1) : std::string(),
+                  record.input[first], ident::after_number(record.input_channel.unit), options),
+      options};
+}
+
+std::optional<WrongInput> of_clipped_input(const Source& source, const IdentificationTask& task,
+                                           const std::vector<const IdentifiedModel*>& bases) {
+  if (source.intersample != ident::Intersample::held) return std::nullopt;
+  const ident::Record& record = task.record;
+  const auto ends = ident::clipped_input(record.input);
+  if (!ends) return std::nullopt;
+  const ident::Record tried = tried_rows(record, 1);
+  const std::optional<Refit> given = least_error_of(bases, tried, task.options);
+  std::optional<Refit> best;
+  for (const double scale : kBridgeScales) {
+    ident::Record mended = tried;
+    mended.input = ident::bridged(record.input, *ends, scale).head(tried.input.size());
+    const std::optional<Refit> found = least_error_of(bases, mended, task.options);
+    if (found && (!best || found->error < best->error)) best = found;
+  }
+  if (!given || !best || !(best->error <= kLessByBridges * given->error)) return std::nullopt;
+  const std::string unit = ident::after_number(record.input_channel.unit);
+  const std::string at = ends->greatest && ends->least
+                             ? fmt::format("{:.4g} or {:.4g}{}", *ends->least, *ends->greatest, unit)
+                             : fmt::format("{:.4g}{}", ends->greatest.value_or(ends->least.value_or(0.0)), unit);
+  const auto without = longest_without(ends->runs, record.input.size());
+  const std::string part = without ? cut_to(*without, record) : std::string();
+  return WrongInput{
+      fmt::format(
+          "The input's column is clipped: {:.2g} % of the rows stand exactly at {}, and with an input that goes "
+          "on smoothly beyond {} errs {} times as much: the plant got more than was recorded, and gain and map "
+          "come out wrong; record again with a wider range of the logger, or with a smaller input{}",
+          ends->percent, at, best->name, ident::figure_text(best->error / given->error),
+          part.empty() ? std::string() : fmt::format(", or fit the longest part without such rows ({})", part)),
+      part};
+}
+
+std::optional<WrongInput> of_exchanged_columns(const Source& source, const IdentificationTask& task,
+                                               const Identification& identification) {
+  const auto other = source.exchange.empty() ? std::nullopt : exchanged_fit(source, task, identification);
+  if (!other) return std::nullopt;
+  const bool any_accepted = std::any_of(identification.models.begin(), identification.models.end(), is_accepted);
+  return WrongInput{
+      fmt::format("Input and output may be exchanged: {}, and the other way round {} has a validation R2 of {} %",
+                  any_accepted ? "the output comes before the input" : "no model passes its checks", other->name,
+                  ident::percent_text(other->r2_percent)),
+      source.exchange};
+}
+
+}  // namespace
+
+std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
+                                      const Identification& identification) {
+  // Of exchanged columns a later input explains more, too.
+  if (auto found = of_exchanged_columns(source, task, identification)) return found;
+  const bool is_known = source.run_folder || !task.loop.empty() || !task.frozen.empty();
+  if (is_known || task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostRowsOfTrial) {
+    return std::nullopt;
+  }
+  const IdentifiedModel* first = recommended_model(identification);
+  if (first != nullptr && !misses_something(first->result.model)) return std::nullopt;
+  const std::vector<const IdentifiedModel*> bases = bases_of(identification);
+  if (bases.empty()) return std::nullopt;
+  if (auto found = of_frozen_input(task, bases)) return found;
+  if (auto found = of_clipped_input(source, task, bases)) return found;
+  return of_late_input(source, task, bases);
+}
+
+void reject_for(const WrongInput& wrong, const IdentificationTask& task, Identification& identification) {
+  for (IdentifiedModel& one : identification.models) {
+    ident::Model& model = one.result.model;
+    model.provenance[ident::kWrongInput] = wrong.sentence;
+    const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
+    model.verdict = ident::judge(model, task.acceptance, facts_of(task));
+    model.verdict->usable_band = band;
+  }
+  // Neither another start nor another experiment mends a column.
+  identification.next_experiment.reset();
+  if (identification.rounds.size() > 1) identification.rounds.resize(1);
+  identification.mended_input = wrong.options;
+  choose(task, identification);
+}
+
+}  // namespace eha::identify

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "ident/signal/clipped_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace eha::ident {
+namespace {
+
+using Eigen::Index;
+
+constexpr Index kFewestClippedRows = 60;
+constexpr Index kShortestClip = 3;
+constexpr double kLeastClippedShare = 0.02;  // of the rows
+constexpr double kMostRepeatsBeside = 0.1;   // of the rows beside the runs
+constexpr double kGreatestMove = 0.25;       // of the range, from row to row: beyond it the input jumps
+constexpr Index kSlopeRows = 3;
+
+bool is_same_value(double a, double b) { return !(a < b) && !(a > b); }
+
+}  // namespace
+
+std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input) {
+  const Index rows = input.size();
+  if (rows < kFewestClippedRows || !input.allFinite()) return std::nullopt;
+  const double greatest = input.maxCoeff();
+  const double least = input.minCoeff();
+  if (!(least < greatest)) return std::nullopt;
+  ClippedInput found;
+  Index clipped = 0;
+  Index repeats = 0;
+  double largest_move = 0.0;
+  for (Index k = 0; k < rows;) {
+    Index end = k + 1;
+    while (end < rows && is_same_value(input[end], input[k])) ++end;
+    const bool is_at_end = is_same_value(input[k], greatest) || is_same_value(input[k], least);
+    if (is_at_end && end - k >= kShortestClip) {
+      found.runs.emplace_back(k, end - 1);
+      clipped += end - k;
+      (is_same_value(input[k], greatest) ? found.greatest : found.least) = input[k];
+    } else {
+      repeats += end - k - 1;
+    }
+    if (end < rows) largest_move = std::max(largest_move, std::abs(input[end] - input[end - 1]));
+    k = end;
+  }
+  found.percent = 100.0 * static_cast<double>(clipped) / static_cast<double>(rows);
+  const bool keeps_others = static_cast<double>(repeats) > kMostRepeatsBeside * static_cast<double>(rows - clipped);
+  if (found.percent < 100.0 * kLeastClippedShare || keeps_others || largest_move > kGreatestMove * (greatest - least)) {
+    return std::nullopt;
+  }
+  return found;
+}
+
+Eigen::VectorXd bridged(const Eigen::VectorXd& input, const ClippedInput& clipped, double scale) {
+  Eigen::VectorXd found = input;
+  const Index rows = input.size();
+  for (const auto& [first, last] : clipped.runs) {
+    const double end = input[first];
+    const double side = clipped.greatest && is_same_value(end, *clipped.greatest) ? 1.0 : -1.0;
+    // The slope to the first row of the run would be too small: it was cut off on the way.
+    const auto slope = [&](Index from, Index to) {
+      return to > from && from >= 0 && to < rows ? (input[to] - input[from]) / static_cast<double>(to - from) : 0.0;
+    };
+    const double into = std::max(0.0, side * slope(first - 1 - kSlopeRows, first - 1));
+    const double out_of = std::max(0.0, -side * slope(last + 1, last + 1 + kSlopeRows));
+    const auto length = static_cast<double>(last - first + 2);
+    for (Index k = first; k <= last; ++k) {
+      const double s = static_cast<double>(k - first + 1) / length;
+      const double beyond = length * s * (1.0 - s) * ((1.0 - s) * into + s * out_of);
+      found[k] = end + side * scale * beyond;
+    }
+  }
+  return found;
+}
+
+}  // namespace eha::ident

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An input column that is not what the plant got is found where its mended form fits far better, and in no sound
+// record.
+#include "daemon/identify/input_trial.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "ident/excitation/portable_draw.hpp"
+#include "ident/structure/structures.hpp"
+#include "tests/unit/identify/made_axis.hpp"
+
+namespace eha::identify {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr Index kRows = 3000;
+constexpr double kRow_s = 0.02;
+
+/// Tones of 0.1 to 1.3 Hz about the null.
+VectorXd tones(double greatest) {
+  VectorXd input = VectorXd::Zero(kRows);
+  for (int i = 1; i <= 6; ++i) {
+    const double f_Hz = 0.1 * i * (i + 1) / 3.2;
+    for (Index k = 0; k < kRows; ++k) {
+      input[k] += std::sin(2.0 * std::numbers::pi * f_Hz * kRow_s * static_cast<double>(k) + 0.7 * i * i);
+    }
+  }
+  return (input * (greatest / input.cwiseAbs().maxCoeff())).array() - 0.2;
+}
+
+VectorXd steps() {
+  VectorXd input(kRows);
+  ident::PortableDraw draw(3);
+  for (Index k = 0; k < kRows; ++k) {
+    input[k] = k % 25 == 0 ? std::clamp(2.0 * draw.normal(), -3.0, 3.0) : input[k - 1];
+  }
+  return input;
+}
+
+/// A rod behind a valve of null -0.2 V and half dead band 0.15 V, with a lag of 18 ms. @param friction_V  dry
+VectorXd rod(const VectorXd& input, double friction_V = 0.0) {
+  constexpr int kParts = 10;
+  VectorXd output(input.size());
+  ident::PortableDraw draw(7);
+  double x = 2.9;
+  double speed = 0.0;
+  for (Index k = 0; k < input.size(); ++k) {
+    output[k] = x + 0.0005 * draw.normal();
+    const double v = input[k] + 0.2;
+    const double beyond = std::copysign(std::max(0.0, std::abs(v) - 0.15), v);
+    for (int part = 0; part < kParts; ++part) {
+      const double share = kRow_s / kParts / 0.018;
+      const double pushed = speed + share * (0.15 * beyond - speed);
+      speed = std::copysign(std::max(0.0, std::abs(pushed) - share * 0.15 * friction_V), pushed);
+      x += kRow_s / kParts * speed;
+    }
+  }
+  return output;
+}
+
+Source record_of(const VectorXd& input, const VectorXd& output) {
+  Source source;
+  source.name = "rod.csv";
+  source.exchange = "--input 3 --output 2";
+  source.record.step_s = kRow_s;
+  source.record.input = input;
+  source.record.output = output;
+  source.record.input_channel = {"valve", "V"};
+  source.record.output_channel = {"rod", "in"};
+  return source;
+}
+
+VectorXd later(const VectorXd& input, Index rows) {
+  VectorXd found(input.size());
+  for (Index k = 0; k < input.size(); ++k) found[k] = input[std::max<Index>(0, k - rows)];
+  return found;
+}
+
+Identification fitted(const Source& source) {
+  IdentificationTask task = task_of(source);
+  ident::StructureOptions structure;
+  structure.name = "integrator_lag_valve";
+  structure.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
+  task.structures.push_back(structure);
+  return identify(source, task, {}, {});
+}
+
+std::string first_reason(const Identification& found) {
+  const auto& verdict = found.models.front().result.model.verdict;
+  return verdict && !verdict->reasons.empty() ? verdict->reasons.front() : std::string();
+}
+
+TEST(InputTrial, FindsARangeOfTheLoggerThatEndsBeforeTheCommand) {
+  const VectorXd command = tones(4.0);
+  const VectorXd limited = command.cwiseMax(-2.0).cwiseMin(2.0);
+  const Identification found = fitted(record_of(limited, rod(command)));
+  EXPECT_NE(first_reason(found).find("The input's column is clipped: "), std::string::npos) << first_reason(found);
+  EXPECT_NE(first_reason(found).find("exactly at -2 or 2 V"), std::string::npos) << first_reason(found);
+  EXPECT_EQ(found.recommendation.model, "") << "not graded as if sound";
+  EXPECT_EQ(found.models.front().result.model.verdict->grade, ident::Grade::rejected);
+}
+
+TEST(InputTrial, FindsAColumnThatComesLate) {
+  const VectorXd command = tones(4.0);
+  const VectorXd output = rod(command);
+  for (const Index rows : {2, 5}) {
+    const Identification found = fitted(record_of(later(command, rows), output));
+    const std::string options = found.mended_input;
+    EXPECT_EQ(options.find("--input-late "), 0U) << rows << ": " << first_reason(found);
+    if (!options.empty()) {
+      EXPECT_NEAR(std::stod(options.substr(13)), static_cast<double>(rows), 1.0);
+    }
+    EXPECT_EQ(found.recommendation.model, "") << rows;
+  }
+  const Identification of_steps = fitted(record_of(later(steps(), 2), rod(steps())));
+  EXPECT_EQ(of_steps.mended_input, "--input-late 2") << first_reason(of_steps);
+}
+
+TEST(InputTrial, FindsAnInputThatFroze) {
+  const VectorXd command = tones(4.0);
+  VectorXd frozen = command;
+  frozen.tail(1000).setConstant(command[2000]);
+  const Identification found = fitted(record_of(frozen, rod(command)));
+  EXPECT_NE(first_reason(found).find("The input's column froze from 40 to 59.98 s"), std::string::npos)
+      << first_reason(found);
+  EXPECT_EQ(found.mended_input, "--to 39.98");
+}
+
+TEST(InputTrial, FindsExchangedColumnsOfARodWithADeadBand) {
+  const VectorXd command = tones(0.8);
+  const Identification found = fitted(record_of(rod(command), command));
+  EXPECT_NE(first_reason(found).find("Input and output may be exchanged: "), std::string::npos) << first_reason(found);
+  EXPECT_EQ(found.mended_input, "--input 3 --output 2");
+}
+
+TEST(InputTrial, SuspectsNoSoundInput) {
+  const VectorXd command = tones(4.0);
+  const VectorXd limited = command.cwiseMax(-2.0).cwiseMin(2.0);
+  VectorXd held = command;
+  held.segment(1500, 300).setConstant(command[1500]);
+  for (const double friction_V : {0.0, 0.3}) {
+    for (const VectorXd& input : {command, limited, held, steps()}) {
+      const Identification found = fitted(record_of(input, rod(input, friction_V)));
+      EXPECT_EQ(found.mended_input, "") << friction_V << ": " << first_reason(found);
+      EXPECT_EQ(first_reason(found).find("input's column"), std::string::npos) << first_reason(found);
+    }
+  }
+  for (const double play_mm : {0.0, 0.15}) {
+    const Identification found = fitted(test::made_axis({.play_mm = play_mm}));
+    EXPECT_EQ(found.mended_input, "") << first_reason(found);
+  }
+}
+
+}  // namespace
+}  // namespace eha::identify
