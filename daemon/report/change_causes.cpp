@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string_view>
 
 namespace eha::report {
@@ -33,12 +35,36 @@ constexpr std::string_view kFrictionFirst =
     "dry friction, as said above: look at seals, guides and load; else the valve (wear, dirt, the offset of its "
     "amplifier)";
 
+constexpr std::string_view kScaleOrSupply =
+    "the output is greater or smaller by one factor and nothing else changed, as with another scale of the sensor (its "
+    "calibration, amplifier or unit: hold a known distance against a ruler) or another supply pressure; else the load, "
+    "the valve or a leak";
+
+/// Whether the gains alone changed, all by one factor: as a sensor of another scale multiplies the output. A gain that
+/// is not shown to have changed has to allow that factor, too.
+bool is_one_factor(const std::vector<const ident::PlantChange*>& changes) {
+  for (const ident::PlantChange* change : changes) {
+    double lowest = 0.0;
+    double highest = std::numeric_limits<double>::infinity();
+    for (const ident::ParameterChange& p : change->parameters) {
+      if (p.changed && !is_gain(p.role)) return false;
+      if (!is_gain(p.role)) continue;
+      if (!(p.before * p.after > 0.0)) return false;
+      const double wide = p.half_width / std::abs(p.before);
+      lowest = std::max(lowest, p.after / p.before - wide);
+      highest = std::min(highest, p.after / p.before + wide);
+    }
+    if (!(lowest <= highest)) return false;
+  }
+  return true;
+}
+
 constexpr std::array kCommonCauses{
     CommonCause{
         "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
         "with which `eha characterise` finds a drift inside the dead band",
         is_of_valve},
-    CommonCause{"commonly the supply pressure or the load, else the valve or a leak", is_gain},
+    CommonCause{"commonly the supply pressure, the load or the sensor's scale, else the valve or a leak", is_gain},
     CommonCause{"commonly the load, as another moving mass changes time constant and natural frequency, the oil (its "
                 "temperature, or air in it), or a slow or sticking spool of the valve",
                 is_of_dynamics}};
@@ -52,6 +78,7 @@ std::string causes_of(const std::vector<const ident::PlantChange*>& changes, Map
     }
   }
   std::string text;
+  const std::string_view of_map = found == MapCause::leak ? kLeakFirst : kFrictionFirst;
   for (const CommonCause& kind : kCommonCauses) {
     std::vector<std::string> names;
     for (const ident::PlantChange* change : changes) {
@@ -61,7 +88,9 @@ std::string causes_of(const std::vector<const ident::PlantChange*>& changes, Map
       }
     }
     const bool is_found = found != MapCause::unknown && kind.has == &is_of_valve;
-    const std::string_view causes = !is_found ? kind.causes : found == MapCause::leak ? kLeakFirst : kFrictionFirst;
+    const std::string_view causes = is_found                                         ? of_map
+                                    : kind.has == &is_gain && is_one_factor(changes) ? kScaleOrSupply
+                                                                                     : kind.causes;
     if (!names.empty()) text += fmt::format("{}: {}. ", fmt::join(names, ", "), causes);
   }
   return text.empty() ? text : text + "The record shows which parameter changed, not why.";

@@ -13,8 +13,9 @@ namespace eha::report {
 enum class MapCause : std::uint8_t { unknown, leak, friction };
 
 /// What on a bench commonly changes the parameters that changed, those of one kind in one sentence: "K: commonly the
-/// supply pressure or the load, else the valve or a leak. ...". A gain whose factor is that of two units: the units.
-/// A record shows which parameter changed and not why, which the last sentence says. Empty where none changed.
+/// supply pressure, the load or the sensor's scale ...". A gain whose factor is that of two units: the units; gains
+/// alone, by one factor: the sensor's scale beside the supply. A record shows which parameter changed and not why,
+/// which the last sentence says. Empty where none changed.
 /// @param changes  of one comparison, each of another run or model
 /// @param found    what the records showed of the valve's map, which then stands first
 [[nodiscard]] std::string causes_of(const std::vector<const ident::PlantChange*>& changes,

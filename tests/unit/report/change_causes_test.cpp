@@ -27,7 +27,7 @@ TEST(ChangeCauses, NameForEachKindWhatCommonlyChangesIt) {
   add(change, "dead_band", ident::ParameterRole::dead_band, 1.2, false);
   add(change, "a1", ident::ParameterRole::denominator_coefficient, 1.1);
   const std::string text = causes_of({&change});
-  EXPECT_NE(text.find("K: commonly the supply pressure or the load"), std::string::npos) << text;
+  EXPECT_NE(text.find("K: commonly the supply pressure, the load or the sensor"), std::string::npos) << text;
   EXPECT_NE(text.find("a2, a1: commonly the load, as another moving mass"), std::string::npos) << text;
   EXPECT_EQ(text.find("dead_band"), std::string::npos) << text;
   EXPECT_TRUE(text.ends_with("The record shows which parameter changed, not why.")) << text;
@@ -43,6 +43,22 @@ TEST(ChangeCauses, BeginWithWhatTheRecordsShow) {
   EXPECT_TRUE(causes_of({&change}, MapCause::leak).starts_with("null: a leak past the piston, as said above"))
       << causes_of({&change}, MapCause::leak);
   EXPECT_TRUE(causes_of({&change}, MapCause::friction).starts_with("null: dry friction, as said above"));
+}
+
+TEST(ChangeCauses, NameTheSensorsScaleWhereTheGainsAloneChangedByOneFactor) {
+  ident::PlantChange change;
+  add(change, "b1", ident::ParameterRole::numerator_coefficient, 1.2);
+  add(change, "b0", ident::ParameterRole::numerator_coefficient, 1.2);
+  add(change, "negative_gain_ratio", ident::ParameterRole::negative_gain_ratio, 1.0, false);
+  add(change, "a2", ident::ParameterRole::denominator_coefficient, 1.0, false);
+  const std::string text = causes_of({&change});
+  EXPECT_NE(text.find("another scale of the sensor"), std::string::npos) << text;
+  EXPECT_NE(text.find("another supply pressure"), std::string::npos) << text;
+  change.parameters[1].after = 1.3;
+  EXPECT_EQ(causes_of({&change}).find("another scale"), std::string::npos) << "two factors";
+  change.parameters[1].after = 1.2;
+  change.parameters[3].changed = true;
+  EXPECT_EQ(causes_of({&change}).find("another scale"), std::string::npos) << "a time constant, too";
 }
 
 TEST(ChangeCauses, AskForTheUnitsWhereTheFactorIsThatOfTwo) {
