@@ -71,6 +71,8 @@ class Reasons {
   [[nodiscard]] std::optional<double> measured_noise() const;
   /// "record greater amplitudes, as ..." where the input hardly leaves the dead band; else empty.
   [[nodiscard]] std::string greater_amplitudes() const;
+  /// Whether another sentence asks for smaller amplitudes: the output stands at an end, or the plant saturates.
+  [[nodiscard]] bool asks_for_smaller_amplitudes() const;
   /// Whether a model that comes to rest was fitted by itself without a dead time, which a heater or a pipe has: what is
   /// left over then follows the motion, as friction's does.
   [[nodiscard]] bool may_lack_dead_time() const;

@@ -209,13 +209,8 @@ void Reasons::note_wide_intervals() {
 }
 
 void Reasons::note_cancelling_pair() {
-  const auto pair = cancelling_pair(model_);
-  if (!pair || !rejections_.empty() || takes_in_a_drift(verdict_)) return;
-  const double most = std::max(pair->pole_s / pair->zero_s, pair->zero_s / pair->pole_s) - 1.0;
-  notes_.push_back(
-      fmt::format("A pole and a zero nearly cancel: T = {:.3g} s and TD = {:.3g} s together change the response by at "
-                  "most {:.2g} %; take them for a small correction of the fit, not for time constants of the rig.",
-                  pair->pole_s, pair->zero_s, 100.0 * most));
+  if (!rejections_.empty() || takes_in_a_drift(verdict_)) return;
+  if (std::string sentence = cancelling_sentence(model_); !sentence.empty()) notes_.push_back(std::move(sentence));
 }
 
 const ParameterEstimate* Reasons::find(const std::string& name) const {

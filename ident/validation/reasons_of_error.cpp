@@ -159,6 +159,12 @@ std::string Reasons::greater_amplitudes() const {
   return within == model_.provenance.end() ? std::string() : "record greater amplitudes, as " + within->second;
 }
 
+bool Reasons::asks_for_smaller_amplitudes() const {
+  const bool stands_at_an_end =
+      fails_any(verdict_, {Kind::saturated, Kind::far_saturated}) || (model_.validation && model_.validation->end_stop);
+  return (stands_at_an_end && greater_amplitudes().empty()) || (explanation_ && is_saturation(*explanation_));
+}
+
 bool Reasons::may_lack_dead_time() const {
   if (verdict_.beside_ladder || model_.grey_box || model_.transfer_function.delay_s > 0.0) return false;
   const bool is_estimated = std::any_of(model_.parameters.begin(), model_.parameters.end(),
@@ -199,9 +205,10 @@ std::string Reasons::against_nonlinearity() const {
   if (test.kind == NonlinearKind::motion || test.kind == NonlinearKind::direction) {
     const auto full = model_.provenance.find(kAtCommandLimit);
     const std::string larger =
-        full == model_.provenance.end()
-            ? "record larger amplitudes, beside which friction and play are small"
-            : "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second;
+        full != model_.provenance.end()
+            ? "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second
+        : asks_for_smaller_amplitudes() ? std::string("reduce friction and play on the rig")
+                                        : "record larger amplitudes, beside which friction and play are small";
     // Where the rod goes back to a rest.
     const bool has_spring = box.empty() && !model_.grey_box && comes_to_rest(model_);
     return has_spring ? larger +
@@ -210,11 +217,12 @@ std::string Reasons::against_nonlinearity() const {
                       : box + larger;
   }
   if (is_of_bent_edges(model_, test)) return box + std::string(kMeasureTheValve);
-  if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls) {
+  const std::string greater = greater_amplitudes();
+  if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls && greater.empty()) {
     return "record again at half the amplitude: where the error falls to less than half the plant saturates, else it "
            "is dead band or friction, which `eha characterise` measures";
   }
-  if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+  if (!greater.empty()) return greater;
   if (test.kind == NonlinearKind::position) return box + "record a smaller travel";
   if (verdict_.beside_ladder || model_.input_map || model_.grey_box) {
     return box + "record smaller amplitudes, where a plant is nearer to linear";

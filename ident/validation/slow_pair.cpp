@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/slow_pair.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -89,6 +91,16 @@ std::optional<PoleAndZero> cancelling_pair(const Model& model) {
     }
   }
   return found;
+}
+
+std::string cancelling_sentence(const Model& model) {
+  const auto pair = cancelling_pair(model);
+  if (!pair || takes_in_a_drift(model)) return {};
+  const double most = std::max(pair->pole_s / pair->zero_s, pair->zero_s / pair->pole_s) - 1.0;
+  return fmt::format(
+      "A pole and a zero nearly cancel: T = {:.3g} s and TD = {:.3g} s together change the response by at most {:.2g} "
+      "%; take them for a small correction of the fit, not for time constants of the rig.",
+      pair->pole_s, pair->zero_s, 100.0 * most);
 }
 
 std::optional<Model> without_slow_pair(const Model& model) {

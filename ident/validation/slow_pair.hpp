@@ -31,6 +31,10 @@ struct PoleAndZero {
 /// differ by at most a quarter. Cost: the roots of two polynomials.
 [[nodiscard]] std::optional<PoleAndZero> cancelling_pair(const Model& model);
 
+/// What a pole and a zero that nearly cancel say of the figures of a model, a sentence; empty without such, and of a
+/// model that takes_in_a_drift(), whose pair is that drift.
+[[nodiscard]] std::string cancelling_sentence(const Model& model);
+
 /// Whether the verdict of a model says so: it is recommended, and simulated with, only where no other one is accepted.
 [[nodiscard]] bool takes_in_a_drift(const Verdict& verdict);
 /// False without a verdict.

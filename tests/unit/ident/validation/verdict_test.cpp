@@ -641,6 +641,12 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
                          "V of the rig's 5 V"),
             std::string::npos)
       << no_room;
+  Model at_its_end = model;
+  at_its_end.validation->saturated_percent = 2.0;
+  std::string all;
+  for (const std::string& reason : judge(at_its_end, {}, {.beside_ladder = true}).reasons) all += reason + "\n";
+  EXPECT_NE(all.find("record with smaller amplitudes"), std::string::npos) << all;
+  EXPECT_EQ(all.find("larger amplitudes"), std::string::npos) << "beside smaller ones: " << all;
   // Behind a map, too, which takes friction for a dead band.
   model.input_map = ValveMap{-0.2, 0.15, 0.9};
   const std::vector<std::string> given = judge(model, {}, {.beside_ladder = true}).reasons;
