@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -38,11 +39,13 @@ std::optional<std::string> off_grid_tones(const ExperimentConfig& experiment) {
   const double period_s = repeats ? experiment.duration_s : 0.5 * (experiment.duration_s - experiment.fit.discard_s);
   std::vector<std::string> off;
   std::vector<std::string> nearest;
+  double slowest_Hz = std::numeric_limits<double>::infinity();
   const auto judge = [&](const std::vector<ident::Tone>& tones) {
     if (repeats && repeats_within(experiment, tones)) return;
     for (const ident::Tone& tone : tones) {
       const double cycles = tone.frequency_Hz * period_s;
       if (std::abs(cycles - std::round(cycles)) <= kCycleTolerance * std::max(1.0, cycles)) continue;
+      slowest_Hz = std::min(slowest_Hz, tone.frequency_Hz);
       off.push_back(fmt::format("{:g}", tone.frequency_Hz));
       nearest.push_back(fmt::format("{:.4g}", std::max(1.0, std::round(cycles)) / period_s));
     }
@@ -56,12 +59,18 @@ std::optional<std::string> off_grid_tones(const ExperimentConfig& experiment) {
       played->excitation.kind);
   if (off.empty()) return std::nullopt;
   const bool is_one = off.size() == 1;
+  const std::string part =
+      fmt::format("{:g} s, {}", period_s, repeats ? "a repetition" : "half of what is used of the record");
+  // Of tones slower than that the nearest ones would all be its own.
+  const std::string instead =
+      slowest_Hz * period_s < 1.0
+          ? fmt::format("{:g} Hz alone needs duration_s = {:.4g} or more", slowest_Hz,
+                        repeats ? 1.0 / slowest_Hz : experiment.fit.discard_s + 2.0 / slowest_Hz)
+          : fmt::format("multiples of {:.4g} Hz do: {} Hz {} nearest", 1.0 / period_s, fmt::join(nearest, ", "),
+                        is_one ? "is" : "are");
   return fmt::format(
-      "excitation: {} Hz {} of 1/{:g} Hz ({:.3g} Hz; {} lasts {:g} s): {} Hz {} nearest; the measured frequency "
-      "response leaves {} out",
-      fmt::join(off, ", "), is_one ? "is no multiple" : "are no multiples", period_s, 1.0 / period_s,
-      repeats ? "a repetition" : "half of what is used of the record", period_s, fmt::join(nearest, ", "),
-      is_one ? "is the" : "are the", is_one ? "this tone" : "these tones");
+      "excitation: {} Hz {} no whole number of periods in {}; {}. The measured frequency response leaves {} out",
+      fmt::join(off, ", "), is_one ? "has" : "have", part, instead, is_one ? "this tone" : "these tones");
 }
 
 }  // namespace eha::config

@@ -30,7 +30,7 @@ TEST(DesignBand, FillsTheLimitsWithLowPeaksAndIsAValidExperiment) {
   EXPECT_LT(design.at("crest_factor").at("slew").get<double>(), 1.7);
   const Ended checked = run_eha({"check", "band.toml", "--rig", rig}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err;
-  EXPECT_EQ(checked.err.find("no multiple"), std::string::npos) << checked.err;
+  EXPECT_EQ(checked.err.find("no whole number of periods"), std::string::npos) << checked.err;
   EXPECT_NE(content_of(folder.path() / "band.toml").find("[hold]"), std::string::npos);
 }
 

@@ -181,19 +181,28 @@ TEST(ToneGrid, NamesTheNearestFrequenciesThatFit) {
   EXPECT_EQ(sentence(experiment("", 0.25)), "");
   const std::string off = sentence(experiment("", 0.33));
   EXPECT_TRUE(contains(off,
-                       "0.33 Hz is no multiple of 1/8 Hz (0.125 Hz; half of what is used of the record lasts 8 s): "
-                       "0.375 Hz is the nearest"))
+                       "0.33 Hz has no whole number of periods in 8 s, half of what is used of the record; multiples "
+                       "of 0.125 Hz do: 0.375 Hz is nearest"))
       << off;
   const std::string repeated = sentence("repetitions = 3\n" + experiment("", 0.33));
-  EXPECT_TRUE(contains(repeated, "1/20 Hz (0.05 Hz; a repetition lasts 20 s): 0.35 Hz")) << repeated;
+  EXPECT_TRUE(contains(repeated, "periods in 20 s, a repetition; multiples of 0.05 Hz do: 0.35 Hz is nearest"))
+      << repeated;
   ExperimentConfig paper = load_experiment(EHA_SOURCE_DIR "/config/experiments/paper.toml");
   EXPECT_FALSE(off_grid_tones(paper));
+  paper.duration_s = 16.0;
+  const std::string is_short = off_grid_tones(paper).value_or("");
+  EXPECT_TRUE(
+      contains(is_short,
+               "periods in 3 s, half of what is used of the record; 0.05 Hz alone needs duration_s = 50 or more. "
+               "The measured"))
+      << is_short;
+  paper.duration_s = 50.0;
   // Of 50 s, which are no multiple of the tones' 20 s: the last repetition is measured as one record is.
   paper.repetitions = 3;
   EXPECT_FALSE(off_grid_tones(paper));
   paper.fit.discard_s = 12.0;
   const std::string two = off_grid_tones(paper).value_or("");
-  EXPECT_TRUE(contains(two, "0.05, 0.65 Hz are no multiples of 1/50 Hz (0.02 Hz; ")) << two;
+  EXPECT_TRUE(contains(two, "0.05, 0.65 Hz have no whole number of periods in 50 s, a repetition; ")) << two;
 }
 
 TEST(SlewRefusal, NamesTheFactorThatPasses) {
