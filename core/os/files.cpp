@@ -116,7 +116,8 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), tem
   }
   // In a folder that others may write to, a link of theirs may have this name.
   ::unlink(temporary_.c_str());
-  file_ = open_file(temporary_, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
+  file_ = FileDescriptor(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (!file_) throw_system_error("write", path_, errno);  // the user knows no other name
 }
 
 AtomicFile::~AtomicFile() {
@@ -128,7 +129,7 @@ void AtomicFile::write(std::string_view text) {
     const ssize_t written = ::write(file_.get(), text.data(), text.size());
     if (written < 0) {
       if (errno == EINTR) continue;
-      throw_system_error("write", temporary_, errno);
+      throw_system_error("write", path_, errno);
     }
     text.remove_prefix(static_cast<std::size_t>(written));
   }
@@ -147,7 +148,7 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view t
 }
 
 void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& path) {
-  synchronise(open_file(temporary, O_RDONLY), temporary);
+  synchronise(open_file(temporary, O_RDONLY), path);
   if (::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error("replace", path, errno);
   const std::filesystem::path folder = folder_of(path);
   synchronise(open_file(folder, O_RDONLY | O_DIRECTORY), folder);
@@ -198,14 +199,15 @@ void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes
   }
 }
 
-void try_space(const std::filesystem::path& path, std::uint64_t bytes) {
+void try_space(const std::filesystem::path& path, std::uint64_t bytes, const std::filesystem::path& asked_for) {
   ::unlink(path.c_str());  // of a killed process, or a link to another file, which must not be followed
-  const FileDescriptor file = open_file(path, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW);
+  const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
+  if (!file) throw_system_error("write", asked_for, errno);
   const bool granted = ::fallocate(file.get(), 0, 0, static_cast<off_t>(bytes)) == 0;
   const int error_number = errno;
   ::unlink(path.c_str());
   // EOPNOTSUPP: the file system cannot allocate without writing, so nothing is known.
-  if (!granted && error_number != EOPNOTSUPP) throw_system_error("write", path, error_number);
+  if (!granted && error_number != EOPNOTSUPP) throw_system_error("write", asked_for, error_number);
 }
 
 }  // namespace eha::os

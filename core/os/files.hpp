@@ -89,6 +89,7 @@ void require_free_space(const std::filesystem::path& folder, std::uint64_t bytes
 /// Allocates `bytes` for a new file of this name, in place of a file or link that stands there, and removes it again.
 /// This detects a full disk, a quota or a limit on file sizes before a library writes that handles them badly. Cost: no
 /// data is written.
-void try_space(const std::filesystem::path& path, std::uint64_t bytes);
+/// @param asked_for  the name that the user knows, for errors
+void try_space(const std::filesystem::path& path, std::uint64_t bytes, const std::filesystem::path& asked_for);
 
 }  // namespace eha::os

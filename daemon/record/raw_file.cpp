@@ -232,7 +232,7 @@ void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_j
   std::filesystem::path temporary = path;
   temporary += ".tmp";
   // HDF5 1.10 crashes at the program's exit after a write that failed.
-  os::try_space(temporary, size_bound(header, rows));
+  os::try_space(temporary, size_bound(header, rows), path);
   try {
     Writer writer(temporary);
     write_content(writer, header, rows, zero_ns, source, path);

@@ -49,7 +49,7 @@ void publish(const std::filesystem::path& path, std::size_t rows, Write&& write)
   std::filesystem::path temporary = path;
   temporary += ".tmp";
   // The libraries report a full disk as a failure without a reason; HDF5 1.10 even crashes at the end.
-  os::try_space(temporary, rows * 3 * sizeof(double) + (1U << 20));
+  os::try_space(temporary, rows * 3 * sizeof(double) + (1U << 20), path);
   try {
     write(temporary);
     os::publish_file(temporary, path);

@@ -87,14 +87,32 @@ TEST(Files, RefusesARunThatTheDiskHasNoRoomFor) {
   EXPECT_THROW(require_free_space(folder.path(), std::numeric_limits<std::uint64_t>::max()), IoError);
 }
 
+TEST(Files, NameTheFileThatWasAskedForWhereItsTemporaryOneCannotBeMade) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "missing" / "model.json";
+  const auto message_of = [](const auto& act) {
+    try {
+      act();
+    } catch (const IoError& error) {
+      return std::string(error.what());
+    }
+    return std::string("nothing");
+  };
+  const std::string told = message_of([&] { write_file_atomically(file, "text"); });
+  EXPECT_EQ(told.find(".tmp"), std::string::npos) << told;
+  EXPECT_NE(told.find("cannot write " + file.string() + ":"), std::string::npos) << told;
+  const std::string tried = message_of([&] { try_space(file.string() + ".tmp", 1000, file); });
+  EXPECT_NE(tried.find("cannot write " + file.string() + ":"), std::string::npos) << tried;
+}
+
 TEST(Files, TriesForSpaceWithoutLeavingAFile) {
   const test::TemporaryFolder folder;
-  EXPECT_NO_THROW(try_space(folder.path() / "probe", 100'000));
-  EXPECT_THROW(try_space(folder.path() / "probe", std::uint64_t{1} << 62), IoError);
+  EXPECT_NO_THROW(try_space(folder.path() / "probe", 100'000, "asked"));
+  EXPECT_THROW(try_space(folder.path() / "probe", std::uint64_t{1} << 62, "asked"), IoError);
   EXPECT_EQ(files_in(folder.path()), 0u);
   folder.write("precious", "mine");
   std::filesystem::create_symlink("precious", folder.path() / "probe");
-  try_space(folder.path() / "probe", 1000);
+  try_space(folder.path() / "probe", 1000, "asked");
   EXPECT_EQ(test::content_of(folder.path() / "precious"), "mine") << "a link is not followed";
 }
 
