@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 #include <vector>
@@ -81,6 +82,13 @@ std::vector<std::size_t> compared_rows(const Table& table) {
   return rows;
 }
 
+/// A command that fits a record, with a folder for its models where it has none.
+std::string with_folder(std::string command, const Record& record) {
+  if (!command.starts_with("eha fit ") || command.find(" -o ") != std::string::npos) return command;
+  const std::string stem = std::filesystem::path(record.source).stem().string();
+  return command + " -o " + shell_word("models-" + stem);
+}
+
 /// The first `eha fit` or `eha import` of a record that a reason names between backticks; none without.
 std::optional<std::string> command_in(const std::string& reason, const Record& record) {
   const std::string word = shell_word(record.source);
@@ -112,10 +120,13 @@ std::string next_command(const BatchFolder& folder, const Table& table) {
   if (!table.trends.empty() && rows.size() > 1) return compare(folder, table, {rows.front(), rows.back()});
   for (const Row& row : table.rows) {
     if (row.judged) continue;
-    if (const auto command = command_in(row.reason, row.record)) return *command;
+    if (const auto command = command_in(row.reason, row.record)) return with_folder(*command, row.record);
   }
   const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
-  if (!left_out.empty()) return fit_of(folder, table.rows[left_out.front().row].record);
+  if (!left_out.empty()) {
+    const Record& record = table.rows[left_out.front().row].record;
+    return with_folder(fit_of(folder, record), record);
+  }
   if (rows.size() > 1 && rows.size() < kFewestForOutliers) return compare(folder, table, rows);
   return "xdg-open " + shell_word((folder.path() / "report.html").string());
 }

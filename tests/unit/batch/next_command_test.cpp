@@ -83,14 +83,14 @@ TEST_F(NextOfBatch, ComparesModelsOfRecordsThatOnlyOptionsRead) {
 TEST_F(NextOfBatch, FitsARecordThatIsNotComparedAsTheBatchDid) {
   std::vector<Judged> judged = kAlike;
   judged[4].accepted = false;
-  EXPECT_EQ(next_of(judged, {"--model", "io"}), "eha fit 'pump 5.csv' --model io");
+  EXPECT_EQ(next_of(judged, {"--model", "io"}), "eha fit 'pump 5.csv' --model io -o 'models-pump 5'");
 }
 
 TEST_F(NextOfBatch, NamesTheCommandThatReadsAFailedRecord) {
   std::vector<Judged> judged = kAlike;
   judged[3].failure = "pump 4.csv: the sensor shows no motion (`eha read --local` shows it)";
   judged[5].failure = "pump 6.csv:1: which columns? For example: `eha fit 'pump 6.csv' --input 2 --output 3`";
-  EXPECT_EQ(next_of(judged), "eha fit 'pump 6.csv' --input 2 --output 3");
+  EXPECT_EQ(next_of(judged), "eha fit 'pump 6.csv' --input 2 --output 3 -o 'models-pump 6'") << "and writes the models";
 }
 
 TEST_F(NextOfBatch, ComparesFewRecordsAndOpensThePageOfMany) {
