@@ -27,6 +27,15 @@ std::string run_of_next_experiment(const Subject& subject) {
   return "`" + on_one_line(command) + "`";
 }
 
+/// The record that judges more: of a run that ended early its whole experiment, whose file run.json does not name.
+std::string longer_record(const Subject& subject) {
+  const ordered_json& outcome = subject.part("outcome");
+  const bool ended_early = outcome == "faulted" || outcome == "interrupted" || outcome == "deadline";
+  if (!subject.manifest || !ended_early) return "a longer record of the same kind";
+  const std::string command = suggest::run(subject.access().value_or(suggest::RigAccess{}), {"EXPERIMENT.toml"});
+  return fmt::format("`{}`, with the file of this experiment, to its end", on_one_line(command));
+}
+
 /// What stands before the use of the models, after "Next: "; empty where nothing does.
 std::string first_step(const Subject& subject) {
   const ident::NextStep next = subject.next_step();
@@ -54,7 +63,7 @@ std::string first_step(const Subject& subject) {
     case ident::FirstStep::longer_record: {
       const std::string run = run_of_next_experiment(subject);
       return fmt::format("first {}, as this one is too short to judge what is named above; {}.",
-                         run.empty() ? "a longer record" : run, ident::kControllerIsAGuess);
+                         run.empty() ? longer_record(subject) : run, ident::kControllerIsAGuess);
     }
     case ident::FirstStep::none:
       break;

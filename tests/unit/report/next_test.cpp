@@ -114,6 +114,20 @@ TEST(Next, HasWholeCommands) {
   EXPECT_NE(box_of(ended).find("<code>eha fit /runs/run --discard 0</code>"), std::string::npos) << box_of(ended);
 }
 
+TEST(Next, PlaysTheWholeExperimentAgainWhereARunThatEndedEarlyIsTooShort) {
+  Subject subject = run_of("faulted", ident::Grade::usable);
+  subject.models[0].model.verdict->criteria.push_back(
+      {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
+  (*subject.manifest)["time_base"] = "virtual";
+  (*subject.manifest)["rig"]["file"] = "/rigs/sim.toml";
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("<code>eha run EXPERIMENT.toml --local --fast --rig /rigs/sim.toml</code>, with the file of this "
+                     "experiment, to its end"),
+            std::string::npos)
+      << box;
+  EXPECT_EQ(box.find("a longer record"), std::string::npos) << box;
+}
+
 TEST(Next, OffersNoFitOfAPartThatIsTooShort) {
   Subject subject{.name = "run", .folder = "/runs/run"};
   subject.manifest.emplace();
@@ -139,7 +153,7 @@ TEST(Next, SaysFirstThatTheRunTripped) {
   EXPECT_NE(box_of(subject).find("Next: correct what ended the run; "), std::string::npos);
   subject.models[0].model.verdict->criteria.push_back(
       {.kind = ident::CriterionKind::residual_input, .value = 0.5, .limit = 0.01, .judged = false});
-  EXPECT_NE(box_of(subject).find("correct what ended the run; then a longer record"), std::string::npos)
+  EXPECT_NE(box_of(subject).find("correct what ended the run; then <code>eha run EXPERIMENT.toml"), std::string::npos)
       << box_of(subject);
   subject = run_of("faulted", ident::Grade::rejected);
   EXPECT_NE(box_of(subject).find("<h2>The run tripped; of the part before: no model can be used</h2>"),
