@@ -116,7 +116,8 @@ std::string brief(const std::string& reason, Reasons shown) {
 std::string reasons_of(const Model& model, Reasons shown) {
   std::string text;
   const std::vector<std::string> none;
-  const std::vector<std::string>& reasons = model.verdict ? model.verdict->reasons : none;
+  std::vector<std::string> reasons = model.verdict ? model.verdict->reasons : none;
+  std::erase(reasons, ident::cancelling_sentence(model));  // which stands beside the figures
   const bool is_all = shown == Reasons::all;
   const std::size_t count = is_all ? reasons.size() : std::min(reasons.size(), kMostReasons);
   for (std::size_t i = 0; i < count; ++i)
@@ -206,6 +207,7 @@ std::string what_it_is(const Model& model) {
   text += line("equation", equation(model, 1.0, model.output_unit));
   if (const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "+-")); !form.empty())
     text += line("in figures", form);
+  if (const std::string pair = ident::cancelling_sentence(model); !pair.empty()) text += line("", pair);
   if (const std::string map = map_text(model); !map.empty()) text += line("valve map", map);
   if (const std::string caution = map_caution(model); !caution.empty()) text += line("", caution);
   text += line(has_unseen(model) ? "on unseen data" : "on its own data", fit_text(model));
@@ -224,6 +226,24 @@ std::string errs_beside(const Model& other, const Model& chosen) {
   if (std::abs(factor - 1.0) <= kAlike) return "errs as little";
   return fmt::format("errs {} times as much{}", ident::figure_text(factor),
                      has_unseen(chosen) ? " on unseen data" : "");
+}
+
+/// Why a model that errs less on unseen data than the recommended one is outdone by it; empty for any other model.
+std::string why_outdone(const Model& other, const Model& chosen) {
+  if (!other.verdict || ident::verdict_word(*other.verdict) != ident::kOutdone) return {};
+  if (!(std::sqrt(ident::shown_mse(other) / ident::shown_mse(chosen)) < 1.0 - kAlike)) return {};
+  const std::ptrdiff_t more = estimated_count(other) - estimated_count(chosen);
+  return more > 0 ? fmt::format("for its {} parameter{} more", more, more == 1 ? "" : "s")
+                  : std::string("by the estimating part");
+}
+
+/// The same behind the name of the model.
+std::string outdone_note(const Model& other, const Model& chosen) {
+  const std::string why = why_outdone(other, chosen);
+  if (why.empty()) return {};
+  return estimated_count(other) > estimated_count(chosen)
+             ? fmt::format(" (outdone {}, which the part of the record that estimated it does not justify)", why)
+             : " (outdone as it describes the part of the record that estimated it less well)";
 }
 
 /// The accepted model with the least error, where that is clearly less than the chosen one's.
@@ -270,11 +290,13 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
   if (is_only_one) text += "; the checks let no other one pass";
   if (next != nullptr) {
     const std::string word = next->verdict && next->verdict->accepted ? "" : fmt::format(" ({})", grade_text(*next));
-    text += fmt::format("; the runner-up, {}{}, {}", next->name, word, errs_beside(*next, chosen));
+    text += fmt::format("; the runner-up, {}{}{}, {}", next->name, word, outdone_note(*next, chosen),
+                        errs_beside(*next, chosen));
   }
   if (const Model* other = closest(models, chosen)) {
     text += other == next ? ": simulate with it"
-                          : fmt::format("; {} {}: simulate with it", other->name, errs_beside(*other, chosen));
+                          : fmt::format("; {}{} {}: simulate with it", other->name, outdone_note(*other, chosen),
+                                        errs_beside(*other, chosen));
   }
   // One that errs clearly more on unseen data is told apart by that.
   const bool is_alike = next == nullptr || ident::shown_mse(*next) <= most;
@@ -467,12 +489,16 @@ std::string short_report(const Answer& given, const DisplayUnit& unit, Reasons r
   std::vector<std::vector<std::string>> rows;
   const std::vector<Model> models =
       ident::in_table_order(answer.models, recommendation, [](const Model& model) -> const Model& { return model; });
-  for (const Model& model : models) rows.push_back(row_for(model, model.name));
+  for (const Model& model : models) {
+    rows.push_back(row_for(model, model.name));
+    const std::string why = chosen == answer.models.end() ? std::string() : why_outdone(model, *chosen);
+    if (!why.empty()) rows.back().back() += " " + why;
+  }
   for (const Model& model : answer.paper) rows.push_back(row_for(model, model.name + " (paper)"));
   const bool on_unseen = has_unseen((answer.models.empty() ? answer.paper : answer.models).front());
   std::string words;
   for (const std::string_view word : ident::kWordsBesideGrades) {
-    if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row.back() == word; })) continue;
+    if (std::none_of(rows.begin(), rows.end(), [&](const auto& row) { return row.back().starts_with(word); })) continue;
     const char* place = word == ident::kOutdone ? "" : "; in a run its file lies in models/rejected";
     words += wrapped(fmt::format("{}: {}{}.", word, ident::meaning_of(word), place), 0) + "\n";
   }

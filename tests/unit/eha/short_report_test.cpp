@@ -188,8 +188,36 @@ TEST(ShortReport, CallsAnAcceptedModelOutdoneThatTheRecommendedOneBeatsClearly) 
   const std::string text = short_report(answer, {});
   EXPECT_NE(text.find("  outdone\n"), std::string::npos) << text;
   EXPECT_NE(text.find("outdone: no check rejects it, but"), std::string::npos) << text;
+  // One that errs less has the reason beside the word.
+  answer.models[0].validation->score.mse = 0.01;
+  answer.models[1].validation->score.mse = 0.01 * 0.56 * 0.56;
+  answer.models[1].parameters.push_back({.name = "b1", .value = 1.0, .fixed = false});
+  answer.recommendation.runner_up = "worse";
+  const std::string closer = short_report(answer, {});
+  EXPECT_NE(closer.find("  outdone for its 1 parameter more\n"), std::string::npos) << closer;
+  EXPECT_NE(
+      chosen_in(closer).find("worse (outdone for its 1 parameter more, which the part of the record that estimated "
+                             "it does not justify), errs 0.56 times as much"),
+      std::string::npos)
+      << chosen_in(closer);
+  answer.models[1].parameters.pop_back();
+  EXPECT_NE(chosen_in(short_report(answer, {})).find("(outdone as it describes the part of the record that estimated"),
+            std::string::npos);
+  answer.recommendation.runner_up = "";
   verdict.grade = ident::Grade::rejected;
   EXPECT_EQ(short_report(answer, {}).find("outdone"), std::string::npos) << "rejected says more";
+}
+
+TEST(ShortReport, WarnsBesideTheFiguresOfAPoleAndAZeroThatNearlyCancel) {
+  Answer answer = answer_with("");
+  answer.models[0].transfer_function = {{{0.17, 1.0}, {1.0, 0.0}},
+                                        {{0.0156, 2.0}, {0.256, 1.0}, {1.0, 0.0}},
+                                        0.0};  // (0.17 s + 1) / ((0.156 s + 1)(0.1 s + 1))
+  const std::string text = answer_text(answer, {});
+  EXPECT_NE(text.find("A pole and a zero nearly cancel"), std::string::npos)
+      << "as `eha commission` shows it: " << text;
+  const std::string whole = short_report(answer, {});
+  EXPECT_EQ(whole.find("nearly cancel"), whole.rfind("nearly cancel")) << "once: " << whole;
 }
 
 TEST(ShortReport, SaysOfAUsableModelWhyItIsNotRecommended) {
