@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "config/measured_check.hpp"
+#include "config/rig_config.hpp"
 #include "core/millimetre_key.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
@@ -365,7 +367,14 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "the sensor was really turned round, change the sign of its scale there first",
         rig.file_name));
   }
-  write_new(path, calibrated_rig_text(rig, found, date));
+  const std::string text = calibrated_rig_text(rig, found, date);
+  write_new(path, text);
+  if (config::is_as_measured(rig) && !config::is_as_measured(config::parse_rig(text, path.string()))) {
+    console.warning(
+        "the scale differs so much from that in the rig file that [following] no longer counts as measured, and the "
+        "rig is not armed with it: see that all positions are in one unit; then comment [following] out in the new "
+        "file, and `eha characterise` measures it anew");
+  }
   if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -65,6 +65,17 @@ constexpr const char* kChangedNumber =
     "following.measured_check does not fit: a measured number of [following] was changed after its measurement; put "
     "the lines of the sheet into the file again, or measure anew (`eha characterise`)";
 
+constexpr const char* kChangedRig =
+    "following.measured_rig_check does not fit: the numbers of [following] were measured with another card, other "
+    "channels or another calibration of the sensor (`eha calibrate` takes them along); remove [following] and "
+    "measure this rig (`eha characterise`)";
+
+constexpr const char* kChangedBoth =
+    "following.measured_check and measured_rig_check do not fit: since [following] was measured card, channels or the "
+    "sensor's calibration have changed, and its numbers, too (`eha calibrate` changes both where the scale changes by "
+    "more than 1.5 times), so that no earlier sheet holds; comment [following] out in the rig file, and `eha "
+    "characterise` measures it anew";
+
 constexpr const char* kMeasureIt =
     "measure it (`eha characterise`, or the same with the run of an earlier one) and take its lines with "
     "measured_check and measured_rig_check";
@@ -72,6 +83,15 @@ constexpr const char* kMeasureIt =
 /// Whether a measured number is another one than the sum is of.
 bool has_changed(const config::Following& following) {
   return following.measured_check && *following.measured_check != config::measured_check_of(following);
+}
+
+/// Says which sum does not fit, and what to do; none: both fit, or there is none.
+const char* changed_since_measured(const config::RigConfig& rig) {
+  const config::Following& following = *rig.limits.following;
+  const bool is_of_another_rig =
+      following.measured_rig_check && *following.measured_rig_check != config::measured_rig_check_of(rig.backend);
+  if (!has_changed(following)) return is_of_another_rig ? kChangedRig : nullptr;
+  return is_of_another_rig ? kChangedBoth : kChangedNumber;
 }
 
 /// In either direction [in/(V s)]. The keys have half of it.
@@ -120,13 +140,7 @@ void judge_following(const config::RigConfig& rig, double half_range_V, double t
   const config::RigLimits& limits = rig.limits;
   const config::Following& following = *limits.following;
   const bool is_as_measured = config::is_as_measured(rig);
-  if (has_changed(following)) refusals.emplace_back(kChangedNumber);
-  if (following.measured_rig_check && *following.measured_rig_check != config::measured_rig_check_of(rig.backend)) {
-    refusals.emplace_back(
-        "following.measured_rig_check does not fit: the numbers of [following] were measured with another card, other "
-        "channels or another calibration of the sensor (`eha calibrate` takes them along); remove [following] and "
-        "measure this rig (`eha characterise`)");
-  }
+  if (const char* changed = changed_since_measured(rig)) refusals.emplace_back(changed);
   if (const double most = kGreatestDeadBandShare * half_range_V; following.dead_band_V > most) {
     refusals.push_back(fmt::format(
         "following.dead_band_V = {:g} V is more than 30 % of half the command range, in which the sensor is "
@@ -332,7 +346,8 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
   }
   if (!hal::moves_machine(rig.backend)) {
     if (rig.limits.following && has_changed(*rig.limits.following)) {
-      findings.warnings.push_back(fmt::format("{}; a rig that moves a machine would not be armed", kChangedNumber));
+      findings.warnings.push_back(
+          fmt::format("{}; a rig that moves a machine would not be armed", changed_since_measured(rig)));
     }
     return findings;
   }

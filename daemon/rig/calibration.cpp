@@ -254,7 +254,9 @@ std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration&
       std::abs(hal::conversion_of(changed.backend).scale_in_per_V / hal::conversion_of(rig.backend).scale_in_per_V);
   following.gain_positive_in_per_V_s *= factor;
   following.gain_negative_in_per_V_s *= factor;
-  // Another sensor, or a scale that was wrong all along: the gains follow, but nobody has measured by this sensor.
+  // Another sensor, a scale that was wrong all along, or positions in a wrong unit: the gains follow, but nobody has
+  // measured by this scale. The sums stay and do not fit, so that arming refuses these lines: without sums they would
+  // pass as numbers by hand, while a characterisation without [following] compares the sensor with a ruler first.
   if (std::max(factor, 1.0 / factor) > kAnotherSensor) {
     return with_values(changed, "following",
                        {{"gain_positive_in_per_V_s", fmt::format("{:.4g}", following.gain_positive_in_per_V_s)},

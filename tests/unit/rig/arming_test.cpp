@@ -314,6 +314,20 @@ TEST(Arming, TakesMeasuredNumbersOnTheirOwnRigOnly) {
   }
 }
 
+TEST(Arming, TakesNoSheetBackAfterACalibrationThatHasChangedTheMeasuredGains) {
+  const std::string text = refusal([](auto& rig) {
+    config::Following& following = *rig.limits.following;
+    following.measured_check = config::measured_check_of(following);
+    following.measured_rig_check = config::measured_rig_check_of(rig.backend);
+    std::get<hal::ComediOptions>(rig.backend).scale_in_per_V *= 1.6;
+    following.gain_positive_in_per_V_s *= 1.6;
+    following.gain_negative_in_per_V_s *= 1.6;
+  });
+  EXPECT_NE(text.find("measured_check and measured_rig_check do not fit"), std::string::npos) << text;
+  EXPECT_NE(text.find("comment [following] out"), std::string::npos) << text;
+  EXPECT_EQ(text.find("put the lines of the sheet"), std::string::npos) << text;
+}
+
 TEST(Arming, RefusesATickOnWhichNoCheckActsInTimeAndABoundThatBoundsNothing) {
   std::string text = refusal([](auto& rig) { rig.realtime.sample_period_s = 0.051; });
   EXPECT_NE(text.find("realtime.sample_period_s = 0.051 s"), std::string::npos) << text;
