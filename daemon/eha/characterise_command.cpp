@@ -122,13 +122,35 @@ NewRigFile new_rig_file(const CharacteriseCommand& command, const Console& conso
   return file;
 }
 
+/// What a run tells that late ticks ended: nothing for a rig file.
+ExitCode show_cut_sheet(const sheet::RunSheet& run, bool has_rig_file, const DisplayUnit& unit,
+                        const Console& console) {
+  const std::string why = fmt::format(
+      "late ticks ended the run after {:.1f} s: these numbers are of what was measured until then, and none "
+      "of them goes into a rig file",
+      *run.cut_at_s);
+  nlohmann::ordered_json document = sheet::to_json(run);
+  document.erase("following");
+  document["cut_at_s"] = *run.cut_at_s;
+  document["exit_code"] = static_cast<int>(has_rig_file ? ExitCode::bad_data : ExitCode::ok);
+  console.print_json(document);
+  console.print(sheet::sheet_text(run, unit));
+  if (has_rig_file) {
+    console.error(why);
+  } else {
+    console.warning(why);
+  }
+  console.next_step("eha doctor");
+  return has_rig_file ? ExitCode::bad_data : ExitCode::ok;
+}
+
 }  // namespace
 
 ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std::optional<NewRigFile> rig_file,
                           const Console& console) {
   sheet::RunSheet run;
   try {
-    run = sheet::sheet_of_run(opened);
+    run = sheet::sheet_of_run(opened, sheet::SheetRuns::cut_as_well);
   } catch (const sheet::RowsMissing& error) {
     console.error(error.what());
     console.next_step("eha doctor");
@@ -139,6 +161,7 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     return error.exit_code();
   }
   const DisplayUnit unit = console.unit(run.rig.units);
+  if (run.cut_at_s) return show_cut_sheet(run, rig_file.has_value(), unit, console);
   if (rig_file) {
     require_new(rig_file->path);
     os::write_file_atomically(rig_file->path,

@@ -136,7 +136,7 @@ suggest::RigAccess access_of_run(const fs::path& folder, bool asked_service) {
   rig.new_controller.clear();
   const nlohmann::ordered_json::json_pointer backend("/device/backend");
   if (!manifest.contains("played_by") && !rig.is_local) {
-    rig.is_local = !asked_service && manifest.contains(backend) && manifest.at(backend) == "sim";
+    rig.is_local = !asked_service && manifest.contains(backend) && manifest.at(backend) == hal::SimOptions::kName;
   }
   std::error_code ignored;
   const nlohmann::ordered_json::json_pointer file("/rig/file");
@@ -260,13 +260,18 @@ std::string partial_record_text(const fs::path& folder) {
 
 std::string kept_record_text(const fs::path& folder) {
   const std::string place = fmt::format("the partial record is in {}", folder.string());
+  bool is_cut_sheet = false;
   try {
-    static_cast<void>(record::read_manifest(folder));
+    const record::Manifest manifest = record::read_manifest(folder);
+    is_cut_sheet = manifest.outcome == acquisition::Outcome::deadline &&
+                   record::purpose_of(manifest) == record::Purpose::valve_sheet;
   } catch (const Error&) {
     return place;  // a folder that the caller may not read
   }
   if (!has_rows(folder)) return partial_record_text(folder);
-  return fmt::format("{}; `eha plot {}` shows it", place, shell_word(folder.string()));
+  const std::string name = shell_word(folder.string());
+  return fmt::format("{}; `eha plot {}` shows it{}", place, name,
+                     is_cut_sheet ? fmt::format(", `eha characterise {}` what it tells of the valve", name) : "");
 }
 
 std::optional<fs::path> recommended_model(const fs::path& folder) {

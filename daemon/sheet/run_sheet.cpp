@@ -20,13 +20,14 @@ namespace eha::sheet {
 
 RunSheet sheet_of_run(const std::filesystem::path& folder) { return sheet_of_run(record::OpenRun(folder)); }
 
-RunSheet sheet_of_run(const record::OpenRun& opened) {
+RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
   const record::LoadedRun run = record::read_run(opened);
   const std::filesystem::path& folder = run.folder;
   if (!config::parse_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string()).characterises()) {
     throw DataError(fmt::format("{}: is no run of [characterise]; `eha characterise` plays one", folder.string()));
   }
-  if (run.outcome != acquisition::Outcome::completed) {
+  const bool is_cut = runs == SheetRuns::cut_as_well && run.outcome == acquisition::Outcome::deadline;
+  if (run.outcome != acquisition::Outcome::completed && !is_cut) {
     throw DataError(
         fmt::format("{}: {}; a valve sheet needs a completed run", folder.string(), acquisition::to_text(run.outcome)));
   }
@@ -46,6 +47,7 @@ RunSheet sheet_of_run(const record::OpenRun& opened) {
                  .sheet = {}};
   found.access = suggest::access_of_run(run.manifest.other);
   found.utc_start = run.manifest.other.value("utc_start", "");
+  if (is_cut) found.cut_at_s = static_cast<double>(run.record.output.size()) * run.record.step_s;
   found.sheet = ident::valve_sheet(run.record, config::characterisation_plan(found.rig));
   return found;
 }

@@ -34,6 +34,14 @@ struct RunSheet {
   ident::ValveSheet sheet;
   suggest::RigAccess access = {};          ///< how the run reached its rig
   std::optional<WrittenRig> written = {};  ///< none: `eha characterise` had no -o
+  std::optional<double> cut_at_s = {};     ///< time to which it was measured, where late ticks ended the run
+};
+
+/// Which runs a sheet is wanted of.
+enum class SheetRuns {
+  completed,
+  cut_as_well,  ///< those, too, that late ticks ended after the triangles: what the rows until then tell. For people to
+                ///< look at: without the response after them the delay is not measured, and nothing goes by it
 };
 
 /// Too many rows of a run were not measured: playing it again alone does not mend that.
@@ -42,11 +50,11 @@ class RowsMissing : public DataError {
   using DataError::DataError;
 };
 
-/// Computes the sheet of a run of [characterise].
+/// Computes the sheet of a run of [characterise], by default of a completed one.
 /// @throws DataError  another run, one that did not complete, or one whose motion does not tell the valve; as
 ///                    RowsMissing, more than 1 % of its rows were not measured
 /// @throws IoError, PermissionError  as record::read_run
-[[nodiscard]] RunSheet sheet_of_run(const record::OpenRun& run);
+[[nodiscard]] RunSheet sheet_of_run(const record::OpenRun& run, SheetRuns runs = SheetRuns::completed);
 [[nodiscard]] RunSheet sheet_of_run(const std::filesystem::path& folder);
 
 /// One quantity of the sheet; without a name it belongs to the row above.

@@ -111,6 +111,7 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
 
 std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   std::string text = fmt::format("valve sheet of \"{}\"; +- is half a 95 % interval\n", run.rig.name);
+  if (run.cut_at_s) text += fmt::format("PARTIAL: of the {:.1f} s until late ticks ended the run\n", *run.cut_at_s);
   for (const SheetRow& row : sheet_rows(run, unit)) {
     text += fmt::format("  {:<26} {}\n", row.name, row.value);
     if (!row.is_as_there) text += fmt::format("  {:<26} (by the rig file {})\n", "", row.in_rig_file);

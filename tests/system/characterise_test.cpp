@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -100,6 +101,42 @@ TEST_F(Characterise, WritesTheRigFileInOneGoAndOverwritesNone) {
   const Ended again = run_eha({"characterise", run_.string(), "-o", "new.toml"}, folder_->path());
   EXPECT_EQ(again.code, static_cast<int>(ExitCode::usage)) << again.err;
   EXPECT_NE(again.err.find("no rig file is overwritten"), std::string::npos) << again.err;
+}
+
+TEST_F(Characterise, ShowsWhatARunTellsThatLateTicksEndedAndWritesNoRigFileOfIt) {
+  const fs::path cut = folder_->path() / "cut";
+  fs::copy(run_, cut, fs::copy_options::recursive);
+  Json manifest = Json::parse(content_of(cut / "run.json"));
+  manifest["outcome"] = "deadline";
+  std::ofstream(cut / "run.json") << manifest.dump();
+  const Ended ended = run_eha({"characterise", "cut", "--json"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  const Json sheet = Json::parse(ended.out);
+  EXPECT_NEAR(sheet.at("null_V").at("value").get<double>(), -0.2, 0.01);
+  EXPECT_GT(sheet.at("cut_at_s").get<double>(), 100.0);
+  EXPECT_FALSE(sheet.contains("following"));
+  const Ended shown = run_eha({"characterise", "cut"}, folder_->path());
+  EXPECT_NE(shown.out.find("PARTIAL"), std::string::npos) << shown.out;
+  EXPECT_EQ(shown.out.find("[following]"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("Next: eha doctor"), std::string::npos) << shown.out;
+  const Ended refused = run_eha({"characterise", "cut", "-o", "cut.toml"}, folder_->path());
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::bad_data)) << refused.err;
+  EXPECT_FALSE(fs::exists(folder_->path() / "cut.toml"));
+}
+
+TEST_F(Characterise, NoLongerCountsAsMeasuredAfterACalibrationOfAnotherScale) {
+  ASSERT_EQ(run_eha({"characterise", run_.string(), "-o", "measured.toml"}, folder_->path()).code, 0);
+  const auto calibrated = [&](const char* middle, const char* high, const char* made) {
+    return run_eha({"calibrate", "--rig", "measured.toml", "--at", "0.6in=1", "--at", middle, "--at", high, "-o", made},
+                   folder_->path());
+  };
+  const Ended near = calibrated("3in=5", "5.4in=9", "near.toml");
+  ASSERT_EQ(near.code, 0) << near.err;
+  EXPECT_EQ(near.err.find("no longer counts as measured"), std::string::npos) << near.err;
+  const Ended far = calibrated("3in=3.5", "5.4in=6", "far.toml");
+  ASSERT_EQ(far.code, 0) << far.err;
+  EXPECT_NE(far.err.find("no longer counts as measured"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("comment [following] out"), std::string::npos) << far.err;
 }
 
 /// The limits of the run's own file may be old.
