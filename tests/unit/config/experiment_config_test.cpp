@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -341,6 +342,20 @@ TEST(ExperimentConfig, ReportsAConflictWithTheRigOnItsOwnToo) {
   } catch (const ConfigError& error) {
     EXPECT_STREQ(error.what(), "e.toml:14:14: record.decimation: expected a divisor of the 20000 samples, got 33");
   }
+}
+
+TEST(ExperimentConfig, RefusesMoreModelsThanAnybodyFits) {
+  const auto with_models = [](int count) {
+    std::string text = kExperiment;
+    const std::size_t first = text.find("[[model]]");
+    std::string tables;
+    for (int i = 0; i < count; ++i) tables += fmt::format("[[model]]\nname = \"m{}\"\nstructure = \"io\"\n", i);
+    return text.substr(0, first) + tables;
+  };
+  EXPECT_EQ(parse_prepared_experiment(with_models(64), "e.toml", rig()).config.models.size(), 64U);
+  const std::vector<std::string> faults = faults_of(with_models(65));
+  ASSERT_EQ(faults.size(), 1U) << faults.front();
+  EXPECT_NE(faults.front().find("at most 64 tables, got 65"), std::string::npos) << faults.front();
 }
 
 TEST(ExperimentConfig, NamesThePlaceOfASyntaxError) {
