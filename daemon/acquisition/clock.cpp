@@ -6,11 +6,19 @@
 
 namespace eha::acquisition {
 
-std::int64_t MonotonicClock::now_ns() noexcept {
+namespace {
+
+std::int64_t read(clockid_t clock) noexcept {
   timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  clock_gettime(clock, &now);
   return static_cast<std::int64_t>(now.tv_sec) * kNanosecondsPerSecond + now.tv_nsec;
 }
+
+}  // namespace
+
+std::int64_t MonotonicClock::now_ns() noexcept { return read(CLOCK_MONOTONIC); }
+
+std::int64_t MonotonicClock::with_suspends_ns() noexcept { return read(CLOCK_BOOTTIME); }
 
 void MonotonicClock::sleep_until(std::int64_t deadline_ns) noexcept {
   const timespec deadline{static_cast<time_t>(deadline_ns / kNanosecondsPerSecond),

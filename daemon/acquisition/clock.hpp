@@ -24,6 +24,9 @@ class Clock {
   /// @returns time from an arbitrary origin [ns], never decreasing
   [[nodiscard]] virtual std::int64_t now_ns() noexcept = 0;
 
+  /// @returns the same time and all time in which the machine was suspended [ns]; a clock that knows none counts none
+  [[nodiscard]] virtual std::int64_t with_suspends_ns() noexcept { return now_ns(); }
+
   /// Sleeps until `deadline_ns`; returns at once if that has passed.
   virtual void sleep_until(std::int64_t deadline_ns) noexcept = 0;
 
@@ -31,10 +34,11 @@ class Clock {
   [[nodiscard]] virtual bool is_virtual() const noexcept = 0;
 };
 
-/// CLOCK_MONOTONIC with absolute sleeps.
+/// CLOCK_MONOTONIC with absolute sleeps; CLOCK_BOOTTIME is the same with the time of suspends.
 class MonotonicClock final : public Clock {
  public:
   [[nodiscard]] std::int64_t now_ns() noexcept override;
+  [[nodiscard]] std::int64_t with_suspends_ns() noexcept override;
   void sleep_until(std::int64_t deadline_ns) noexcept override;
   [[nodiscard]] bool is_virtual() const noexcept override { return false; }
 };

@@ -48,12 +48,20 @@ void Loop::run() noexcept {
 void Loop::play() noexcept {
   const ThreadUsage usage;
   const std::int64_t ticks_per_second = std::max<std::int64_t>(1, 1'000'000'000 / period_ns_);
-  const std::int64_t origin_ns = clock_.now_ns() + period_ns_;
+  const std::int64_t begun_ns = clock_.now_ns();
+  // Between two clocks that are read in turn this thread may wait. Read here after the other clock and in the ticks
+  // before it, so that such a wait lowers the time of suspends that is counted and never is one.
+  const std::int64_t suspended_before_ns = clock_.with_suspends_ns() - begun_ns;
+  const std::int64_t origin_ns = begun_ns + period_ns_;
   for (std::int64_t k = 0; !engine_.finished(); ++k) {
     rest_if_the_card_does_not_answer(origin_ns + k * period_ns_);
     clock_.sleep_until(origin_ns + k * period_ns_);
     TickInputs inputs;
+    // Before the clocks: who stops the run for a suspend that it has seen does not precede what they show of it.
+    inputs.stops = stop_.count();
+    const std::int64_t with_suspends_ns = clock_.with_suspends_ns();
     inputs.woken_ns = clock_.now_ns();
+    inputs.suspended_ns = with_suspends_ns - inputs.woken_ns - suspended_before_ns;
     if (page_ != nullptr) {
       page_->beat();
       inputs.guard_has_tripped = page_->has_tripped();
@@ -69,7 +77,6 @@ void Loop::play() noexcept {
     inputs.lateness_ns = behind_ns - skipped * period_ns_;
     inputs.skipped =
         static_cast<std::uint32_t>(std::min<std::int64_t>(skipped, std::numeric_limits<std::int32_t>::max()));
-    inputs.stops = stop_.count();
     inputs.stop = &stop_;
     inputs.sink_failing = sink_is_failing();
     tick(inputs, behind_ns);

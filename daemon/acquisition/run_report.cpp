@@ -194,6 +194,11 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
           "the loop stood still for {:.3f} s, and the guard switched the hydraulics off; look for a process of a "
           "higher real-time priority or a host that takes the processor away: eha doctor and eha latency",
           value);
+    case Fault::suspended:
+      return fmt::format(
+          "the machine was suspended for {:.3g} s, and the output held its voltage meanwhile: look where the rod is "
+          "(`eha read`); to forbid suspends: `systemctl mask sleep.target`",
+          value);
   }
   return "unknown fault";
 }

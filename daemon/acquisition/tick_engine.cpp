@@ -11,6 +11,7 @@ namespace {
 constexpr double kArmed_s = 0.1;
 constexpr int kTolerableTimeouts = 2;
 constexpr int kSafeAttempts = 20;
+constexpr std::int64_t kShortestSuspend_ns = 10'000'000;  // the count never exceeds the truth: see Loop::play
 
 template <typename Integer>
 Integer saturated(std::int64_t value) noexcept {
@@ -74,6 +75,9 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
     raise_flag(row, kFeedbackHeld);
   } else {
     if (inputs.guard_has_tripped) trip(Fault::loop_stalled, static_cast<double>(inputs.skipped * period_ns_) * 1e-9);
+    if (inputs.suspended_ns > kShortestSuspend_ns) {
+      trip(Fault::suspended, static_cast<double>(inputs.suspended_ns) * 1e-9);
+    }
     if (missed.fault != Fault::none) trip(missed.fault, missed.value, missed.limit);
     sample(inputs, row);
     decide(inputs);

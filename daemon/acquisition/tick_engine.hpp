@@ -28,6 +28,7 @@ struct TickInputs {
   std::uint32_t skipped = 0;       ///< grid ticks lost just before this one
   int stops = 0;                   ///< stop requests so far
   bool sink_failing = false;       ///< records can no longer be kept, or will soon be lost
+  std::int64_t suspended_ns = 0;   ///< time in which the machine was suspended since the run began [ns]
   bool guard_has_tripped = false;  ///< the guard found the loop stalled and switched the hydraulics off
   /// Read again just before each write: a fatal-signal handler may have taken the outputs since the tick began.
   const StopRequest* stop = nullptr;

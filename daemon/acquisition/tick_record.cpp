@@ -15,7 +15,7 @@ constexpr EnumNames<State, 7> kStates{{{"faulted", State::faulted},
                                        {"running", State::running},
                                        {"ramp_out", State::ramp_out},
                                        {"safe_stop", State::safe_stop}}};
-constexpr EnumNames<Fault, 28> kFaults{{{"none", Fault::none},
+constexpr EnumNames<Fault, 29> kFaults{{{"none", Fault::none},
                                         {"emergency_stop", Fault::emergency_stop},
                                         {"travel_limit", Fault::travel_limit},
                                         {"velocity_limit", Fault::velocity_limit},
@@ -42,7 +42,8 @@ constexpr EnumNames<Fault, 28> kFaults{{{"none", Fault::none},
                                         {"loop_speed", Fault::loop_speed},
                                         {"wrong_speed", Fault::wrong_speed},
                                         {"following_error", Fault::following_error},
-                                        {"oscillation", Fault::oscillation}}};
+                                        {"oscillation", Fault::oscillation},
+                                        {"suspended", Fault::suspended}}};
 constexpr EnumNames<RigStatus, 7> kRigStatuses{{{"ok", RigStatus::ok},
                                                 {"timed_out", RigStatus::timed_out},
                                                 {"io_error", RigStatus::io_error},

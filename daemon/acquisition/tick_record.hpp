@@ -47,6 +47,7 @@ enum class Fault : std::uint8_t {
   wrong_speed,         ///< in a closed loop the measured speed does not match the volts
   following_error,     ///< a controller follows its reference worse than its file allows
   oscillation,         ///< a controller's command swings more often than in any of its trials
+  suspended,           ///< the machine was suspended, and the output held its voltage meanwhile
 };
 
 /// Whether a fault says that sensor, valve or rod do not do what the volts ask for.

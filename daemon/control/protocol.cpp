@@ -16,6 +16,7 @@ namespace {
 constexpr int kDeepestRequest = 4;  // an object that holds an object, and some spare
 constexpr std::size_t kLongestName = 256;
 constexpr std::int64_t kGreatestPosition = 1000;
+constexpr std::int64_t kGreatestSignal = 64;
 constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // range that every JSON library preserves
 
 /// Not ordered_json, which looks a key up by a linear search.
@@ -88,6 +89,22 @@ class Params {
     return value->get<std::int64_t>();
   }
 
+  [[nodiscard]] std::optional<double> number(std::string_view key) {
+    const Input* value = find(key);
+    if (value == nullptr) return std::nullopt;
+    if (!value->is_number())
+      throw BadRequest{fmt::format("{}.{}: expected a number, got {}", path_, key, shown(*value))};
+    return value->get<double>();
+  }
+
+  [[nodiscard]] std::optional<int> signal() {
+    const auto number = whole("signal", 1);
+    if (number && *number > kGreatestSignal) {
+      throw BadRequest{fmt::format("params.signal: expected a signal's number, got {}", *number)};
+    }
+    return number ? std::optional<int>(static_cast<int>(*number)) : std::nullopt;
+  }
+
   [[nodiscard]] std::string run() {
     const auto name = text("run", kLongestName);
     if (!name) throw BadRequest{"params.run: expected the name of a run's folder, got nothing"};
@@ -149,6 +166,7 @@ Call read_submit(Params& params) {
   }
   submit.fast = params.boolean("fast");
   submit.accept_travel_risk = params.boolean("accept_travel_risk");
+  submit.ruler_in = params.number("ruler_in");
   submit.detach = params.boolean("detach");
   return submit;
 }
@@ -177,7 +195,10 @@ constexpr std::array<std::pair<std::string_view, Reader>, 16> kMethods{{
     {"arm", [](Params&) -> Call { return ArmCall{}; }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
     {"submit", read_submit},
-    {"stop", [](Params& params) -> Call { return StopCall{params.entry()}; }},
+    {"stop",
+     [](Params& params) -> Call {
+       return StopCall{params.entry(), params.signal()};
+     }},
     {"cancel", [](Params& params) -> Call { return CancelCall{params.required_entry()}; }},
     {"watch", read_watch},
     {"queue", [](Params& params) -> Call { return QueueCall{params.whole("over", 0)}; }},
@@ -229,9 +250,11 @@ Input parse_shallow(std::string_view line) {
   return request;
 }
 
-std::string dump_line(const Json& line) { return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string dump_line(const Json& line) { return text_of(line) + "\n"; }
 
 }  // namespace
+
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 std::variant<Request, Refusal> parse_request(std::string_view line) {
   Json id;
@@ -265,6 +288,10 @@ std::variant<Request, Refusal> parse_request(std::string_view line) {
 std::string greeting_line() { return dump_line({{"ehad", EHA_VERSION}, {"protocol", kProtocolVersion}}); }
 
 std::string result_line(std::int64_t id, const Json& result) { return dump_line({{"id", id}, {"result", result}}); }
+
+std::pair<std::string, std::string> around_result(std::int64_t id) {
+  return {fmt::format("{{\"id\":{},\"result\":", id), "}\n"};
+}
 
 std::string error_line(const Json& id, ExitCode code, std::string_view message) {
   return dump_line({{"id", id}, {"error", {{"code", static_cast<int>(code)}, {"message", message}}}});

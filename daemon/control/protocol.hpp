@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -37,10 +38,12 @@ struct SubmitCall {
   bool is_list = false;                          ///< answered with a list
   bool fast = false;                             ///< virtual time
   bool accept_travel_risk = false;               ///< queue even if the rehearsal refuses
+  std::optional<double> ruler_in = {};           ///< where a ruler shows the rod [in]
   bool detach = false;                           ///< may start after this connection has ended
 };
 struct StopCall {
-  std::optional<EntryId> entry;  ///< stop only if this one is running
+  std::optional<EntryId> entry;    ///< stop only if this one is running
+  std::optional<int> signal = {};  ///< by which its command was told to stop
 };
 struct CancelCall {
   EntryId entry = 0;
@@ -92,9 +95,14 @@ struct Refusal {
 /// Reads one line. Cost and memory: proportional to its length, for any content. Thread-safe.
 [[nodiscard]] std::variant<Request, Refusal> parse_request(std::string_view line);
 
+/// JSON as it is sent, on one line.
+[[nodiscard]] std::string text_of(const Json& json);
+
 /// Lines to send, with their newline; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string greeting_line();
 [[nodiscard]] std::string result_line(std::int64_t id, const Json& result);
+/// What stands before and after the text of the result in result_line().
+[[nodiscard]] std::pair<std::string, std::string> around_result(std::int64_t id);
 [[nodiscard]] std::string error_line(const Json& id, ExitCode code, std::string_view message);
 [[nodiscard]] std::string event_line(std::int64_t watch_id, const Json& snapshot);
 

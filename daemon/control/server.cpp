@@ -232,10 +232,14 @@ void Server::handle_lines(ClientId id) {
   }
 }
 
-void Server::send(Client& client, std::string_view text) {
+void Server::send(Client& client, std::string text) {
+  send(client, {std::make_shared<const std::string>(std::move(text))});
+}
+
+void Server::send(Client& client, std::initializer_list<OutputQueue::Part> parts) {
   const bool all_was_read = client.output.empty();
   if (all_was_read) client.last_taken = std::chrono::steady_clock::now();
-  client.output.append(text);
+  for (const OutputQueue::Part& part : parts) client.output.add(part);
   flush(client);
   if (!all_was_read && client.output.size() > limits_.unread_bytes) {
     // Disconnects a client whose unread output exceeds the limit; skipping lines would corrupt the stream.
@@ -246,10 +250,9 @@ void Server::send(Client& client, std::string_view text) {
 }
 
 void Server::flush(Client& client) {
-  std::size_t sent = 0;
-  while (sent < client.output.size()) {
-    const ssize_t count =
-        ::send(client.descriptor.get(), client.output.data() + sent, client.output.size() - sent, MSG_NOSIGNAL);
+  while (!client.output.empty()) {
+    const std::string_view next = client.output.front();
+    const ssize_t count = ::send(client.descriptor.get(), next.data(), next.size(), MSG_NOSIGNAL);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) break;
     if (count < 0) {
@@ -258,10 +261,9 @@ void Server::flush(Client& client) {
       client.output.clear();
       return;
     }
-    sent += static_cast<std::size_t>(count);
+    client.output.take(static_cast<std::size_t>(count));
+    client.last_taken = std::chrono::steady_clock::now();
   }
-  if (sent > 0) client.last_taken = std::chrono::steady_clock::now();
-  client.output.erase(0, sent);
 }
 
 void Server::update_events(Client& client) {
@@ -272,7 +274,7 @@ void Server::update_events(Client& client) {
   loop_.change(client.descriptor.get(), events);
 }
 
-void Server::answer(ClientId id, const std::string& line) {
+void Server::answer(ClientId id, std::initializer_list<OutputQueue::Part> line) {
   Client* client = find(id);
   if (client == nullptr) return;
   client->busy = false;
@@ -282,10 +284,18 @@ void Server::answer(ClientId id, const std::string& line) {
   if (client->input.size() > 0) loop_.change(client->descriptor.get(), EPOLLIN | EPOLLOUT);
 }
 
-void Server::respond(ClientId client, std::int64_t id, const Json& result) { answer(client, result_line(id, result)); }
+void Server::respond(ClientId client, std::int64_t id, const Json& result) {
+  answer(client, {std::make_shared<const std::string>(result_line(id, result))});
+}
+
+void Server::respond(ClientId client, std::int64_t id, OutputQueue::Part result) {
+  const auto [before, after] = around_result(id);
+  answer(client,
+         {std::make_shared<const std::string>(before), std::move(result), std::make_shared<const std::string>(after)});
+}
 
 void Server::refuse(ClientId client, const Json& id, ExitCode code, std::string_view message) {
-  answer(client, error_line(id, code, message));
+  answer(client, {std::make_shared<const std::string>(error_line(id, code, message))});
 }
 
 bool Server::stream(ClientId id, const std::string& line, Delivery delivery) {

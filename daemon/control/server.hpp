@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "core/os/file_descriptor.hpp"
 #include "daemon/control/event_loop.hpp"
 #include "daemon/control/line_buffer.hpp"
+#include "daemon/control/output_queue.hpp"
 #include "daemon/control/protocol.hpp"
 
 namespace eha::control {
@@ -70,6 +72,8 @@ class Server {
 
   /// Answers the present request; does nothing if the client has disconnected.
   void respond(ClientId client, std::int64_t id, const Json& result);
+  /// The same with the text of the result, which is JSON of one line and may be shared with other answers.
+  void respond(ClientId client, std::int64_t id, OutputQueue::Part result);
   void refuse(ClientId client, const Json& id, ExitCode code, std::string_view message);
 
   /// Sends a line of a stream. @returns false if it was dropped, or the client has disconnected
@@ -88,7 +92,7 @@ class Server {
     Peer peer;
     os::FileDescriptor descriptor;
     LineBuffer input{kLongestRequest};
-    std::string output;
+    OutputQueue output;
     bool busy = false;       ///< a request is being answered
     bool closing = false;    ///< dropped once its output is read
     bool has_asked = false;  ///< sent at least one request
@@ -106,10 +110,11 @@ class Server {
   void serve(ClientId id, std::uint32_t events);
   void read_from(Client& client);
   void handle_lines(ClientId id);
-  void send(Client& client, std::string_view text);
+  void send(Client& client, std::initializer_list<OutputQueue::Part> parts);
+  void send(Client& client, std::string text);
   void flush(Client& client);
   void update_events(Client& client);
-  void answer(ClientId id, const std::string& line);
+  void answer(ClientId id, std::initializer_list<OutputQueue::Part> line);
   void drop(ClientId id);
   [[nodiscard]] Client* find(ClientId id);
 

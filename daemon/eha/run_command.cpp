@@ -31,6 +31,7 @@
 #include "daemon/eha/ruler.hpp"
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/run_service.hpp"
+#include "daemon/eha/sleep_delay.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/eha/valve_sheet.hpp"
@@ -171,6 +172,14 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
             if (rest) require_at_rest(rig, *rest, console.unit(rig_config.units));
           }};
   const DisplayUnit unit = console.unit(rig_config.units);
+  SleepDelay sleep(hal::moves_machine(rig_config.backend) ? Suspends::are_delayed : Suspends::do_not_matter,
+                   stop.request());
+  const auto tell_of_sleep = [&] {
+    const std::string news = sleep.news();
+    if (news.empty()) return;
+    console.end_progress();
+    console.warning(news);
+  };
   bool was_guarded = true;
   const auto miss_guard = [&](const char* consequence) {
     if (!was_guarded) return;
@@ -185,6 +194,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
           miss_guard("; nothing is driven without it: ramping out");
         }
         stop.notice_lost_terminal();
+        tell_of_sleep();
         RunProgress progress = progress_of(now, rig_config);
         progress.is_real_time = !command.fast;
         progress.is_placing = experiment.config.placing() != nullptr;
@@ -192,6 +202,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
   console.end_progress();
+  tell_of_sleep();
   try {
     if (run.report.safe_confirmed) local.made_safe();
   } catch (const DeviceError&) {
@@ -465,7 +476,7 @@ ExitCode execute(const RunCommand& command, Console& console) {
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   if (std::any_of(planned.begin(), planned.end(),
                   [](const PlannedRun& one) { return one.experiment.config.characterises(); })) {
-    require_agreement_with_ruler(command, command.ruler, console);
+    agreed_ruler(command, command.ruler, console);
   }
   std::string confirmation;
   for (const PlannedRun& one : planned) {

@@ -77,7 +77,7 @@ std::optional<RunFollower::Json> RunFollower::watch(std::int64_t experiment, Sto
     stop.notice_lost_terminal();
     if (stop.count() > stops_seen_) {
       stops_seen_ = stop.count();
-      if (!pass_on_stop()) return std::nullopt;
+      if (!pass_on_stop(stop.signal())) return std::nullopt;
     }
     const std::optional<Json> status = client_.next_event(std::chrono::milliseconds(500));
     if (!status) continue;
@@ -147,7 +147,7 @@ void RunFollower::end_long_wait(std::int64_t experiment, const std::string& wait
   }
   if (!unarmed_since_) unarmed_since_ = now;
   if (now - *unarmed_since_ < kLongestUnarmed) return;
-  pass_on_stop();
+  pass_on_stop(std::nullopt);
   const bool is_anothers = waits_for.starts_with(kOfLease);
   const std::string why =
       is_anothers
@@ -159,13 +159,15 @@ void RunFollower::end_long_wait(std::int64_t experiment, const std::string& wait
       why, experiment, through(socket_, "eha arm")));
 }
 
-bool RunFollower::pass_on_stop() {
+bool RunFollower::pass_on_stop(std::optional<int> signal) {
   console_.end_progress();
   // A second connection, because waiting for an answer on the first would skip the last event.
   Client other(socket_);
   bool can_change = false;
   const auto end = [&](std::int64_t number) {
-    const Json answer = other.call("stop", {{"entry", number}});
+    Json which{{"entry", number}};
+    if (signal) which["signal"] = *signal;
+    const Json answer = other.call("stop", which);
     if (answer.at("stopped") == "nothing") return;
     can_change = true;
     console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"

@@ -31,8 +31,9 @@ class RunFollower {
   /// @throws DeviceError  the connection is lost; gives the last known state and the command that asks again
   [[nodiscard]] std::optional<nlohmann::ordered_json> follow(std::int64_t experiment, StopOnSignals& stop, Held held);
 
-  /// Stops the one that is driven and removes the waiting ones from the queue. @returns false if all are over
-  bool pass_on_stop();
+  /// Stops the one that is driven and removes the waiting ones from the queue. @param signal  for which; none: for none
+  /// @returns false if all are over
+  bool pass_on_stop(std::optional<int> signal);
 
  private:
   using Json = nlohmann::ordered_json;

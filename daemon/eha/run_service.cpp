@@ -246,10 +246,12 @@ std::vector<std::int64_t> own_numbers(Client& client) {
 
 constexpr std::chrono::seconds kSilent{2};  ///< from here on a wait is explained
 
-/// Submits all or none. @returns their entries @throws control::CallGivenUp  stopped before the service took them
+/// Submits all or none. @param ruler_in  where a ruler shows the rod; none: nobody has read it   @returns their entries
+/// @throws control::CallGivenUp  stopped before the service took them
 Json submitted(Client& client, const std::vector<ExperimentFile>& files, const RunCommand& command,
-               const StopOnSignals& stop, const Console& console) {
-  const auto options = [&command](Json params) {
+               std::optional<double> ruler_in, const StopOnSignals& stop, const Console& console) {
+  const auto options = [&command, ruler_in](Json params) {
+    if (ruler_in) params["ruler_in"] = *ruler_in;
     params["fast"] = command.fast;
     params["accept_travel_risk"] = command.accept_travel_risk;
     params["detach"] = command.detach;
@@ -331,6 +333,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   warn_if_edited(rig, command.socket, console);
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
+  std::optional<double> ruler_in;
   as_a_list(command, "queued", [&] {
     for (auto file = files.begin(); file != files.end(); ++file) {
       const bool is_copy =
@@ -339,7 +342,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     }
     if (std::any_of(files.begin(), files.end(),
                     [](const ExperimentFile& file) { return config::characterises(file.text, file.name); })) {
-      require_agreement_with_ruler(command, command.ruler, console);
+      ruler_in = agreed_ruler(command, command.ruler, console);
     }
   });
   std::vector<std::string> names;
@@ -355,7 +358,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   const std::vector<std::int64_t> before = own_numbers(client);
   Json entries;
   try {
-    entries = submitted(client, files, command, stop, console);
+    entries = submitted(client, files, command, ruler_in, stop, console);
   } catch (const control::ConnectionLost&) {
     throw;
   } catch (const control::CallGivenUp&) {
@@ -366,7 +369,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
       if (std::find(before.begin(), before.end(), number) == before.end()) taken.push_back(number);
     }
     if (!taken.empty()) {
-      RunFollower(command.socket, other, taken, console.unit(units), console).pass_on_stop();
+      RunFollower(command.socket, other, taken, console.unit(units), console).pass_on_stop(stop.signal());
       return ExitCode::interrupted;
     }
     console.info("interrupted before it was queued; nothing was moved");

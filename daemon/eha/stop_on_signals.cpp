@@ -12,12 +12,18 @@ namespace {
 /// Global, because a signal handler has no other access to it; each StopOnSignals resets it.
 std::optional<acquisition::StopRequest> stop_request;
 
-void on_signal(int) { stop_request->request(); }
+volatile std::sig_atomic_t last_signal = 0;
+
+void on_signal(int number) {
+  last_signal = number;
+  stop_request->request();
+}
 
 }  // namespace
 
 StopOnSignals::StopOnSignals(Driver driver) {
   stop_request.emplace();
+  last_signal = 0;
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (isatty(descriptor) == 1) terminals_.push_back(descriptor);
   }
@@ -65,6 +71,10 @@ int StopOnSignals::end() noexcept {
 }
 
 acquisition::StopRequest& StopOnSignals::request() noexcept { return *stop_request; }
+
+std::optional<int> StopOnSignals::signal() const noexcept {
+  return last_signal == 0 ? std::nullopt : std::optional<int>(last_signal);
+}
 
 int StopOnSignals::count() const noexcept { return stop_request->count(); }
 

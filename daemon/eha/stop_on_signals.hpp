@@ -2,6 +2,7 @@
 #pragma once
 
 #include <csignal>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,9 @@ class StopOnSignals {
   [[nodiscard]] acquisition::StopRequest& request() noexcept;
   /// Returns the number of requested stops.
   [[nodiscard]] int count() const noexcept;
+
+  /// The last one of them; none: no stop was requested.
+  [[nodiscard]] std::optional<int> signal() const noexcept;
 
   /// Raises SIGHUP, once, where a terminal of this process is gone: the kernel sends it only to the sessions and groups
   /// that it controls, so that a command which su or setsid began would go on unseen. Called several times a second.

@@ -160,22 +160,24 @@ Json Supervisor::queue(std::optional<std::int64_t> over) const {
   return {{"entries", std::move(list)}, {"left_out", left_out}};
 }
 
-void Supervisor::runs(Answer answer) {
+void Supervisor::runs(TextAnswer answer) {
   runs_asked_.push_back(std::move(answer));
   if (!is_listing_runs_) list_asked_runs();
 }
 
 void Supervisor::list_asked_runs() {
   is_listing_runs_ = true;
-  disk_thread_.ask([this, folder = runs_folder()] { return list_of_runs(folder, *index_); },
-                   [this, answers = std::exchange(runs_asked_, {})](std::future<Json> read) {
-                     is_listing_runs_ = false;
-                     if (!runs_asked_.empty()) list_asked_runs();
-                     const std::shared_future<Json> listed = read.share();
-                     for (const Answer& answer : answers) {
-                       answer([&]() -> Json { return {{"folder", runs_folder().string()}, {"runs", listed.get()}}; });
-                     }
-                   });
+  disk_thread_.ask(
+      [this, folder = runs_folder()] {
+        const Json listed{{"folder", folder.string()}, {"runs", list_of_runs(folder, *index_)}};
+        return std::make_shared<const std::string>(control::text_of(listed));
+      },
+      [this, answers = std::exchange(runs_asked_, {})](std::future<Text> read) {
+        is_listing_runs_ = false;
+        if (!runs_asked_.empty()) list_asked_runs();
+        const std::shared_future<Text> listed = read.share();
+        for (const TextAnswer& answer : answers) answer([&] { return listed.get(); });
+      });
 }
 
 void Supervisor::acknowledge(const Peer& peer, const std::string& run, Answer answer) {

@@ -155,7 +155,10 @@ void Service::audit(const control::Peer& peer, const std::string& text) {
 void Service::dispatch(const control::Peer& peer, const control::Request& request) {
   const auto now = [&](const Json& result) { server_.respond(peer.client, request.id, result); };
   const Supervisor::Answer later = [this, peer, id = request.id](const std::function<Json()>& result) {
-    answer(peer, id, result);
+    answer(peer, id, [&] { server_.respond(peer.client, id, result()); });
+  };
+  const Supervisor::TextAnswer text_later = [this, peer, id = request.id](const auto& result) {
+    answer(peer, id, [&] { server_.respond(peer.client, id, result()); });
   };
   std::visit(
       [&](const auto& call) {
@@ -164,14 +167,14 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
         if constexpr (std::is_same_v<T, control::ArmCall>) supervisor_.arm(peer, later);
         if constexpr (std::is_same_v<T, control::DisarmCall>) now(supervisor_.disarm(peer));
         if constexpr (std::is_same_v<T, control::SubmitCall>) supervisor_.submit(peer, call, later);
-        if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call.entry));
+        if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call));
         if constexpr (std::is_same_v<T, control::CancelCall>) supervisor_.cancel(peer, call.entry, later);
         if constexpr (std::is_same_v<T, control::WatchCall>) watch(peer, request.id, call);
         if constexpr (std::is_same_v<T, control::QueueCall>) now(supervisor_.queue(call.over));
         if constexpr (std::is_same_v<T, control::HoldCall>) now(supervisor_.hold(peer, call.entry));
         if constexpr (std::is_same_v<T, control::MoveCall>) supervisor_.move(peer, call, later);
         if constexpr (std::is_same_v<T, control::ReleaseCall>) now(supervisor_.release(peer, call.entry));
-        if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(later);
+        if constexpr (std::is_same_v<T, control::RunsCall>) supervisor_.runs(text_later);
         if constexpr (std::is_same_v<T, control::AckCall>) supervisor_.acknowledge(peer, call.run, later);
         if constexpr (std::is_same_v<T, control::RemoveCall>) supervisor_.remove(peer, call.run, later);
         if constexpr (std::is_same_v<T, control::MetricsCall>) now({{"text", supervisor_.metrics()}});
@@ -180,9 +183,9 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
       request.call);
 }
 
-void Service::answer(const control::Peer& peer, std::int64_t id, const std::function<Json()>& result) {
+void Service::answer(const control::Peer& peer, std::int64_t id, const std::function<void()>& respond) {
   try {
-    server_.respond(peer.client, id, result());
+    respond();
   } catch (const Error& error) {
     audit(peer, fmt::format("request of {} (uid {}, pid {}) refused: {}", peer.user, peer.uid, peer.pid, error.what()));
     server_.refuse(peer.client, id, error.exit_code(), error.what());

@@ -50,7 +50,7 @@ class Service {
   void dispatch(const control::Peer& peer, const control::Request& request);
   void watch(const control::Peer& peer, std::int64_t id, const control::WatchCall& call);
   void audit(const control::Peer& peer, const std::string& text);
-  void answer(const control::Peer& peer, std::int64_t id, const std::function<Json()>& result);
+  void answer(const control::Peer& peer, std::int64_t id, const std::function<void()>& respond);
   void feed_watchers(Clock::time_point now);
   [[nodiscard]] std::chrono::milliseconds time_to_next(Clock::time_point now) const;
 

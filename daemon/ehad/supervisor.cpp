@@ -5,7 +5,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <csignal>
+#include <cstring>
 #include <filesystem>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -33,6 +36,16 @@ fs::path require_program(const char* name) {
   return program;
 }
 
+/// Who has stopped a run, for its note.
+std::string stopped_by(const control::StopCall& call, const std::string& user) {
+  // A stop of one experiment alone comes from the command that follows it.
+  if (!call.entry) return fmt::format("eha stop of {}", user);
+  if (!call.signal) return fmt::format("the command of {}", user);
+  if (*call.signal == SIGINT) return fmt::format("Ctrl-C of {}", user);
+  const char* name = sigabbrev_np(*call.signal);
+  return fmt::format("SIG{} to the command of {}", name != nullptr ? name : std::to_string(*call.signal), user);
+}
+
 }  // namespace
 
 Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifier& notifier)
@@ -44,13 +57,8 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       checker_({require_program("eha-worker"), require_program("eha")}),
       mailbox_(loop),
       disk_thread_("eha-disk", mailbox_),
-      inhibitor_(mailbox_, {[this] { prepare_for_sleep(); },
-                            [](const std::string& why) {
-                              spdlog::warn(
-                                  "a suspend of the machine cannot be delayed during a run: {}; to forbid suspends: "
-                                  "systemctl mask sleep.target",
-                                  why);
-                            }}),
+      inhibitor_("ehad", {[this] { mailbox_.post([this] { prepare_for_sleep(); }); },
+                          [](const std::string& why) { spdlog::warn("{}", undelayed_suspend_text(why)); }}),
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it after any end of this process.
       rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
   os::create_folders(runs_folder());
@@ -191,14 +199,12 @@ std::string Supervisor::why_disarmed() const {
   return rig_.is_unsafe() ? std::string(kNotConfirmedSafe) : disarmed_because_;
 }
 
-Json Supervisor::stop(const Peer& peer, std::optional<EntryId> only) {
-  if (only && (!active_ || active_->entry != *only)) return {{"stopped", "nothing"}};
+Json Supervisor::stop(const Peer& peer, const control::StopCall& call) {
+  if (call.entry && (!active_ || active_->entry != *call.entry)) return {{"stopped", "nothing"}};
   if (active_) {
     active_->stop->request();
     const int count = active_->stop->count();
-    // A stop of one experiment alone comes from the command that follows it.
-    if (active_->stopped_by.empty())
-      active_->stopped_by = fmt::format("{} of {}", only ? "Ctrl-C" : "eha stop", peer.user);
+    if (active_->stopped_by.empty()) active_->stopped_by = stopped_by(call, peer.user);
     // Further stops change nothing, and a flood of them must not fill the log.
     if (count <= 2) {
       spdlog::warn("experiment {}: stop by {} (uid {}, pid {}): {}", active_->entry, peer.user, peer.uid, peer.pid,

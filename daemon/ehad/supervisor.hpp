@@ -26,9 +26,9 @@
 #include "daemon/ehad/queue.hpp"
 #include "daemon/ehad/rig_keeper.hpp"
 #include "daemon/ehad/run_index.hpp"
-#include "daemon/ehad/sleep_inhibitor.hpp"
 #include "daemon/ehad/suspend_watch.hpp"
 #include "daemon/play/play.hpp"
+#include "daemon/rig/sleep_inhibitor.hpp"
 
 namespace eha::service {
 
@@ -40,6 +40,9 @@ class Supervisor {
   using Peer = control::Peer;
   /// Answers a request, now or later, with the result or the exception of the function.
   using Answer = std::function<void(const std::function<Json()>&)>;
+  /// The same with the result's text, made where it takes nobody's time.
+  using Text = std::shared_ptr<const std::string>;
+  using TextAnswer = std::function<void(const std::function<Text()>&)>;
 
   /// Reads the configuration, opens the rig, recovers runs whose process died, and reads the queue.
   /// @throws ConfigError, DeviceError, PermissionError, IoError
@@ -53,7 +56,7 @@ class Supervisor {
   [[nodiscard]] Json status() const;
   void arm(const Peer& peer, Answer answer);
   Json disarm(const Peer& peer);
-  Json stop(const Peer& peer, std::optional<EntryId> only);
+  Json stop(const Peer& peer, const control::StopCall& call);
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
   void cancel(const Peer& peer, EntryId id, Answer answer);
   /// @param over  greatest number of finished entries, the newest; none: all
@@ -63,7 +66,7 @@ class Supervisor {
   void move(const Peer& peer, const control::MoveCall& call, Answer answer);
   /// Lists the runs. Requests that arrive during a reading of the folder wait together for the next one: a reading may
   /// take long, and each run waits for it before its start.
-  void runs(Answer answer);
+  void runs(TextAnswer answer);
   void acknowledge(const Peer& peer, const std::string& run, Answer answer);
   void remove(const Peer& peer, const std::string& run, Answer answer);
   [[nodiscard]] std::string metrics() const;
@@ -109,9 +112,11 @@ class Supervisor {
     uid_t uid = 0;
     std::vector<Entry> entries;
     bool is_list = false;
-    RigKeeper::Config rig;         ///< for the checks
-    control::ClientId client = 0;  ///< connection that must be open until they start; 0: none
-    bool moves_at_once = false;    ///< one of them is a placing
+    RigKeeper::Config rig;                ///< for the checks
+    control::ClientId client = 0;         ///< connection that must be open until they start; 0: none
+    std::optional<double> ruler_in = {};  ///< where a ruler shows the rod [in]
+    bool characterises = false;           ///< one of them measures the valve
+    bool moves_at_once = false;           ///< one of them is a placing
     /// holds_ when it was submitted, if its user could start an experiment then.
     std::optional<std::uint64_t> armed_at = {};
     Answer answer;
@@ -182,6 +187,8 @@ class Supervisor {
   /// Refuses a held move, which must not begin later, when somebody arms for another purpose.
   /// @throws PermissionError
   void require_arming_of_placing(const Submission& submission) const;
+  /// Before the first valve measurement of a machine. @throws UsageError, ConfigError, DeviceError
+  void require_ruler(const Submission& submission) const;
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
   [[nodiscard]] std::optional<double> place_at_start() const;
   [[nodiscard]] Entry& require_own(const Peer& peer, EntryId id, std::string_view what);
@@ -199,7 +206,7 @@ class Supervisor {
   config::ServiceConfig config_;
   QueueStore store_;
   Queue queue_;
-  std::vector<Answer> runs_asked_;  ///< waiting for the next reading of the runs' folder
+  std::vector<TextAnswer> runs_asked_;  ///< waiting for the next reading of the runs' folder
   bool is_listing_runs_ = false;
   std::uint64_t holds_ = 0;                   ///< how often all that waited was held
   std::map<uid_t, std::size_t> submissions_;  ///< of each user: being checked, not yet in the queue

@@ -17,6 +17,7 @@
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/rig/narrower_limits.hpp"
+#include "daemon/rig/ruler_check.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::service {
@@ -41,6 +42,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
   submission->uid = peer.uid;
   submission->is_list = call.is_list;
   submission->rig = rig_.config();
+  submission->ruler_in = call.ruler_in;
   if (may_start(peer.uid)) submission->armed_at = holds_;
   submission->client = call.detach ? 0 : peer.client;
   submission->answer = std::move(answer);
@@ -66,6 +68,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
           const config::ExperimentConfig experiment = config::parse_experiment(entry.experiment, entry.file);
           entry.name = experiment.name;
           entry.only_places = experiment.placing() != nullptr;
+          submission->characterises = submission->characterises || experiment.characterises();
           submission->moves_at_once = submission->moves_at_once || entry.only_places;
         }
         for (const Entry& entry : submission->entries) {
@@ -76,6 +79,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
         try {
           written.get();
           require_arming_of_placing(*submission);
+          require_ruler(*submission);
         } catch (const Error&) {
           refuse(*submission);
           return;
@@ -97,6 +101,14 @@ void Supervisor::require_arming_of_placing(const Submission& submission) const {
   throw PermissionError(
       fmt::format("{}: the rig is not armed by {}{}: eha arm, then again; a move to a place is never held", first.file,
                   first.user, queue_.open_fault() != nullptr ? fmt::format(" ({})", disarmed_because_) : ""));
+}
+
+void Supervisor::require_ruler(const Submission& submission) const {
+  if (!submission.characterises || !needs_ruler(*submission.rig)) return;
+  const Json rod = rig_.rod();
+  if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
+  if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
+  require_agreement_with_ruler(submission.ruler_in, rod.at("displacement_in").get<double>());
 }
 
 void Supervisor::refuse(const Submission& submission) {

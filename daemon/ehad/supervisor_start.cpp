@@ -14,7 +14,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/motion_at_rest.hpp"
 #include "daemon/rig/narrower_limits.hpp"
-#include "hal/backends/backend.hpp"
+#include "daemon/rig/ruler_check.hpp"
 
 namespace eha::service {
 namespace {
@@ -30,7 +30,7 @@ bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place
 /// A ruler's reading is compared with the sensor when the first measurement of a valve is submitted. It says nothing of
 /// another rig file, nor of a rod that was moved since. @throws ConfigError
 void require_ruler_still_valid(const Entry& entry, const config::RigConfig& rig) {
-  if (rig.limits.following || !hal::moves_machine(rig.backend)) return;
+  if (!needs_ruler(rig)) return;
   if (!config::parse_experiment(entry.experiment, entry.file).characterises()) return;
   throw ConfigError(fmt::format(
       "{}: the rod stands elsewhere than when a ruler's reading was compared with the sensor, or the rig file was "

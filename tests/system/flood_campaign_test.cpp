@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Minutes: a run during which everything is asked of the service at once, beside ten runs in peace.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <string>
@@ -102,6 +104,53 @@ TEST(Flood, DelaysNeitherAStopNorTheTicks) {
   EXPECT_LT(flooded.stop_answered, kStopLimit);
   EXPECT_LE(flooded.late_share, worst);
   EXPECT_EQ(daemon.stop(SIGTERM), 0);
+}
+
+/// Leaves copies of the only run of a service that is not running, without what a list does not read.
+void multiply_run(const Daemon& daemon, int copies) {
+  const fs::path run = fs::directory_iterator(daemon.runs())->path();
+  Json manifest = Json::parse(content_of(run / "run.json"));
+  for (const char* part : {"rig", "experiment", "identification", "files"}) manifest.erase(part);
+  for (int i = 0; i < copies; ++i) {
+    const fs::path copy = daemon.runs() / fmt::format("20200101T{:06}Z-copy", i);
+    fs::create_directory(copy);
+    std::ofstream(copy / "run.json") << manifest.dump();
+  }
+}
+
+TEST(Flood, OfListsOfTwentyThousandRunsDelaysNoStop) {
+  constexpr int kRuns = 20'000;
+  constexpr int kLists = 60;
+  Daemon daemon;
+  daemon.start();
+  {
+    Client client(daemon.socket());
+    client.call("arm");
+    follow(daemon, submit(client, quiet_experiment_text("short", 1.0), true));
+  }
+  EXPECT_EQ(daemon.stop(SIGTERM), 0);
+  multiply_run(daemon, kRuns);
+  daemon.start();
+  std::atomic<int> listed{0};
+  steady_clock::duration longest{};
+  {
+    std::vector<std::jthread> lists;
+    for (int i = 0; i < kLists; ++i) {
+      lists.emplace_back([&] {
+        const Json list = Client(daemon.socket()).call("runs", Json::object(), std::chrono::minutes(5));
+        if (list.at("runs").size() > kRuns) ++listed;
+      });
+    }
+    Client client(daemon.socket());
+    while (listed < kLists) {
+      const auto begun = steady_clock::now();
+      client.call("stop");
+      longest = std::max(longest, steady_clock::now() - begun);
+      std::this_thread::sleep_for(20ms);
+    }
+  }
+  std::printf("stop answered in %.0f ms at most\n", std::chrono::duration<double, std::milli>(longest).count());
+  EXPECT_LT(longest, 500ms);
 }
 
 }  // namespace

@@ -145,8 +145,18 @@ TEST_F(ServiceArming, AsksForARulersReadingBeforeTheFirstMotionWithoutFollowing)
     EXPECT_EQ(run.code, static_cast<int>(ExitCode::usage)) << run.out;
     EXPECT_NE(run.err.find("--ruler LENGTH"), std::string::npos) << run.err;
   }
+  // Whoever speaks the protocol is asked as well.
+  Client other(daemon_.socket());
+  Json params{{"experiment", content_of(file)}, {"name", "sheet.toml"}};
+  const Refused unread = refused(other, "submit", params);
+  EXPECT_EQ(unread.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(unread.message.find("--ruler LENGTH"), std::string::npos) << unread.message;
+  params["ruler_in"] = 1.2;
+  EXPECT_EQ(refused(other, "submit", params).code, static_cast<int>(ExitCode::configuration));
+  params["ruler_in"] = "2.95in";
+  EXPECT_EQ(refused(other, "submit", params).code, static_cast<int>(ExitCode::usage));
   EXPECT_EQ(rig_.card().enabled_ns, 0);
-  EXPECT_TRUE(Client(daemon_.socket()).call("queue").at("entries").empty());
+  EXPECT_TRUE(other.call("queue").at("entries").empty());
   const Ended begun = interrupt_eha(
       {"characterise", "--yes", "--ruler", "74.9mm", "--socket", daemon_.socket()}, daemon_.folder(),
       [&] { return rig_.card().is_enabled(); }, SIGINT);
@@ -235,10 +245,50 @@ TEST_F(ServiceArming, StartsBesideACardThatNobodyMadeSafeAndMakesItSafe) {
   EXPECT_EQ(client_->call("arm").at("state"), "armed") << daemon_.log();
 }
 
+/// The snapshot names the card, not the rig file, which has another one by now, or none.
+TEST_F(ServiceArming, MakesACardSafeThatItsRigFileNoLongerNames) {
+  start();
+  client_->call("arm");
+  ASSERT_GT(submit(*client_, quiet_experiment_text("driven", 60.0), false), 0);
+  ASSERT_TRUE(rig_.is_driven(3000));
+  rig_.card().refuses_until_ns = in_ns(std::chrono::hours(1));
+  ASSERT_EQ(kill(daemon_.pid(), SIGKILL), 0);
+  static_cast<void>(daemon_.wait());
+  std::ofstream(daemon_.rig_file()) << content_of(source_file("config/rigs/sim.toml"));
+  daemon_.start();
+  client_ = std::make_unique<Client>(daemon_.socket());
+  EXPECT_EQ(refused(*client_, "stop").code, static_cast<int>(ExitCode::device_unavailable));
+  EXPECT_EQ(refused(*client_, "arm").code, static_cast<int>(ExitCode::device_unavailable));
+  rig_.card().refuses_until_ns = 0;
+  EXPECT_TRUE(becomes_safe(rig_.card())) << daemon_.log();
+  ASSERT_TRUE(daemon_.logs("the output is safe now")) << daemon_.log();
+  EXPECT_EQ(client_->call("arm").at("state"), "armed") << "the simulated rig: " << daemon_.log();
+}
+
+TEST_F(ServiceArming, IsNotGivenUpByTheWatchdogWhileItsCardRefuses) {
+  start();
+  client_->call("arm");
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("driven", 60.0), false);
+  ASSERT_TRUE(rig_.is_driven(3000));
+  rig_.card().refuses_until_ns = in_ns(std::chrono::hours(1));
+  EXPECT_EQ(follow(daemon_, entry).at("outcome"), "faulted");
+  ASSERT_TRUE(daemon_.logs("THE OUTPUT IS NOT CONFIRMED SAFE")) << daemon_.log();
+  // Each try takes longer than a loop may stand still in a run.
+  rig_.card().refuses_until_ns = 0;
+  rig_.card().output_stall_ms = 4000;
+  std::this_thread::sleep_for(std::chrono::seconds(9));
+  EXPECT_EQ(daemon_.log().find("the loop stands still"), std::string::npos) << daemon_.log();
+  rig_.card().output_stall_ms = 0;
+  EXPECT_TRUE(daemon_.logs("the output is safe now")) << daemon_.log();
+}
+
 TEST_F(ServiceArming, IsNotTurnedToAnotherRigFileByAReloadWhileItsCardRefuses) {
   start();
   rig_.card().refuses_until_ns = in_ns(std::chrono::hours(1));
-  std::ofstream(daemon_.rig_file(), std::ios::app) << "# another text\n";
+  const std::string before = content_of(daemon_.rig_file());
+  std::ofstream(daemon_.rig_file()) << content_of(source_file("config/rigs/sim.toml"));
+  EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable)) << "no card at all";
+  std::ofstream(daemon_.rig_file()) << before << "# another text\n";
   // The first refusal shows as the card is closed.
   EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable));
   EXPECT_EQ(refused(*client_, "reload").code, static_cast<int>(ExitCode::device_unavailable));

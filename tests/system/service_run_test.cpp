@@ -231,9 +231,13 @@ TEST(Service, GoesOnWhenTheClientIsKilledAndStopsOnItsCtrlC) {
   EXPECT_EQ(stopped.code, 130) << stopped.err;
   EXPECT_NE(stopped.err.find("ramping out"), std::string::npos) << stopped.err;
   EXPECT_EQ(entry_of(daemon, 2).at("outcome"), "interrupted");
+  client.call("arm");
+  const Ended ended = interrupt_eha({"run", "e.toml", "--socket", daemon.socket()}, folder.path(), plays, SIGTERM);
+  EXPECT_EQ(ended.code, 130) << ended.err;
   const auto note_of = [&](int entry) { return entry_of(daemon, entry).at("note").get<std::string>(); };
   EXPECT_NE(note_of(1).find("(eha stop of "), std::string::npos) << note_of(1);
   EXPECT_NE(note_of(2).find("(Ctrl-C of "), std::string::npos) << note_of(2);
+  EXPECT_NE(note_of(3).find("(SIGTERM to the command of "), std::string::npos) << note_of(3);
 }
 
 /// The process that checks an experiment for the service, if there is one now.

@@ -31,6 +31,7 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})");
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop"})").entry, std::nullopt);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3}})").entry, 3);
+  EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3,"signal":15}})").signal, 15);
   EXPECT_EQ(call_of<ReleaseCall>(R"({"id":1,"method":"release"})").entry, std::nullopt);
   EXPECT_EQ(call_of<ReleaseCall>(R"({"id":1,"method":"release","params":{"entry":3}})").entry, 3);
   EXPECT_EQ(call_of<CancelCall>(R"({"id":1,"method":"cancel","params":{"entry":9}})").entry, 9);

@@ -131,7 +131,7 @@ TEST_F(ServerTest, AnswersNobodyWhenTheAskerHasGone) {
   close(client);
   turn();
   EXPECT_EQ(server_->clients(), 0U);
-  server_->respond(peer_.client, 1, {});
+  server_->respond(peer_.client, 1, Json());
 }
 
 TEST_F(ServerTest, ClosesAfterALineThatIsTooLongAndSaysWhy) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/ehad/sleep_inhibitor.hpp"
+#include "daemon/rig/sleep_inhibitor.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -17,7 +17,7 @@
 #include "core/error.hpp"
 #include "daemon/acquisition/fatal_signals.hpp"
 
-namespace eha::service {
+namespace eha {
 namespace {
 
 constexpr std::uint64_t kCallLimit_us = 1'000'000;
@@ -49,11 +49,11 @@ class Logind {
   }
 
   /// @returns empty if the inhibitor is held, otherwise the reason
-  std::string inhibit() {
+  std::string inhibit(const std::string& program) {
     sd_bus_message* reply = nullptr;
     sd_bus_error error = SD_BUS_ERROR_NULL;
     int result = sd_bus_call_method(bus_, kService, kPath, kInterface, "Inhibit", &error, &reply, "ssss", "sleep",
-                                    "ehad", "a rig is driven", "delay");
+                                    program.c_str(), "a rig is driven", "delay");
     std::string message = result < 0 && error.message != nullptr ? error.message : "";
     int descriptor = -1;
     if (result >= 0) result = sd_bus_message_read(reply, "h", &descriptor);
@@ -103,8 +103,13 @@ class Logind {
 
 }  // namespace
 
-SleepInhibitor::SleepInhibitor(Mailbox& mailbox, Events events)
-    : mailbox_(mailbox), events_(std::move(events)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+std::string undelayed_suspend_text(const std::string& why) {
+  return "a suspend of the machine cannot be delayed during a run: " + why +
+         "; to forbid suspends: systemctl mask sleep.target";
+}
+
+SleepInhibitor::SleepInhibitor(std::string program, Events events)
+    : program_(std::move(program)), events_(std::move(events)), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   if (!wake_) throw IoError("cannot create an event descriptor: " + error_text(errno));
   thread_ = std::thread([this] { run(); });
   pthread_setname_np(thread_.native_handle(), "eha-sleep");
@@ -122,8 +127,7 @@ void SleepInhibitor::want(bool held) noexcept {
 
 void SleepInhibitor::run() {
   acquisition::block_all_but_fatal_signals();
-  const auto give_up = [this](const std::string& why) { mailbox_.post([this, why] { events_.unavailable(why); }); };
-  Logind logind([this] { mailbox_.post([this] { events_.about_to_sleep(); }); });
+  Logind logind(events_.about_to_sleep);
   const auto wait = [this](pollfd bus) {
     std::array<pollfd, 2> waiting{bus, pollfd{wake_.get(), POLLIN, 0}};
     poll(waiting.data(), waiting.size(), kLongestPoll_ms);
@@ -134,12 +138,12 @@ void SleepInhibitor::run() {
   while (!ending_ && !wanted_) wait({-1, 0, 0});
   std::string fault = ending_ ? "" : logind.connect();
   while (!ending_ && fault.empty()) {
-    if (wanted_ && !logind.is_held()) fault = logind.inhibit();
+    if (wanted_ && !logind.is_held()) fault = logind.inhibit(program_);
     if (!wanted_) logind.release();
     if (fault.empty() && logind.process() < 0) fault = "the connection to the system bus is lost";
     if (fault.empty()) wait(logind.events());
   }
-  if (!fault.empty()) give_up(fault);
+  if (!fault.empty()) events_.unavailable(fault);
 }
 
-}  // namespace eha::service
+}  // namespace eha

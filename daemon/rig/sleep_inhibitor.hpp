@@ -7,22 +7,25 @@
 #include <thread>
 
 #include "core/os/file_descriptor.hpp"
-#include "daemon/ehad/background.hpp"
 
-namespace eha::service {
+namespace eha {
+
+/// Warns of a suspend that nothing delays, and says how to forbid it.
+[[nodiscard]] std::string undelayed_suspend_text(const std::string& why);
 
 /// Delays a suspend of the machine during a run until the run has ramped out: takes logind's delay inhibitor
 /// (org.freedesktop.login1, Inhibit "sleep" "delay"), and calls back when a suspend is announced. A separate thread
-/// uses the bus, so that a slow or missing logind delays nothing. Belongs to the main thread.
+/// uses the bus, so that a slow or missing logind delays nothing.
 class SleepInhibitor {
  public:
-  /// Notifications of the service, in the main thread.
+  /// Called in that thread.
   struct Events {
     std::function<void()> about_to_sleep;                 ///< a suspend waits for the release
     std::function<void(const std::string&)> unavailable;  ///< called once, with the reason: no suspend can be delayed
   };
 
-  SleepInhibitor(Mailbox& mailbox, Events events);
+  /// @param program  name under which `systemd-inhibit --list` shows the delay
+  SleepInhibitor(std::string program, Events events);
   SleepInhibitor(const SleepInhibitor&) = delete;
   SleepInhibitor& operator=(const SleepInhibitor&) = delete;
   /// Releases the inhibitor; returns within a second.
@@ -36,7 +39,7 @@ class SleepInhibitor {
   void want(bool held) noexcept;
   void run();
 
-  Mailbox& mailbox_;
+  std::string program_;
   Events events_;
   std::atomic<bool> wanted_{false};
   std::atomic<bool> ending_{false};
@@ -44,4 +47,4 @@ class SleepInhibitor {
   std::thread thread_;
 };
 
-}  // namespace eha::service
+}  // namespace eha

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/ruler_check.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "hal/backends/backend.hpp"
+
+namespace eha {
+namespace {
+
+/// Greatest difference of the sensor from the ruler [in].
+constexpr double kRulerTolerance_in = 0.1;
+
+}  // namespace
+
+bool needs_ruler(const config::RigConfig& rig) { return !rig.limits.following && hal::moves_machine(rig.backend); }
+
+void require_agreement_with_ruler(std::optional<double> ruler_in, double shown_in) {
+  if (!ruler_in) {
+    throw UsageError(
+        "the rig file has no [following], so that nothing shows a wrong calibration of the sensor before the rod "
+        "moves: read its position off a ruler and add --ruler LENGTH, or calibrate first (`eha calibrate`)");
+  }
+  if (!(std::abs(*ruler_in - shown_in) <= kRulerTolerance_in)) {
+    throw ConfigError(
+        fmt::format("the sensor shows the rod at {:.3f} in, the ruler at {:.3f} in; they may differ by {:g} in: "
+                    "calibrate the sensor (`eha calibrate`) before the rod moves",
+                    shown_in, *ruler_in, kRulerTolerance_in));
+  }
+}
+
+}  // namespace eha
