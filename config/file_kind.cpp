@@ -66,6 +66,11 @@ bool characterises(std::string_view text, const std::string& file_name) {
   return parse_document(text, file_name).root.contains("characterise");
 }
 
+bool brings_back(std::string_view text, const std::string& file_name) {
+  const Document document = parse_document(text, file_name);
+  return document.root["place"]["way_back"].value_or(false);
+}
+
 std::string read_config_file(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {

@@ -16,6 +16,10 @@ enum class FileKind { rig, experiment, controller };
 /// Whether an experiment file measures the valve: has [characterise]. @throws ConfigError  not TOML
 [[nodiscard]] bool characterises(std::string_view text, const std::string& file_name);
 
+/// Whether an experiment file moves the rod back from beyond a travel limit: has way_back = true.
+/// @throws ConfigError  not TOML
+[[nodiscard]] bool brings_back(std::string_view text, const std::string& file_name);
+
 /// A configuration file's content.
 /// @throws ConfigError      missing, a directory, empty, binary, too large, or unreadable
 /// @throws PermissionError  the caller may not read it

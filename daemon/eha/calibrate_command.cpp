@@ -376,6 +376,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "file, and `eha characterise` measures it anew");
   }
   if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
+  if (const std::string shift = shift_text(rig, found, unit); !shift.empty()) console.warning(shift);
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
     list.push_back({{"position_in", points[i].position_in},

@@ -385,6 +385,8 @@ PlannedRun plan(const std::string& file, const std::optional<std::string>& text,
   PlannedRun planned{.file = file,
                      .experiment = text ? config::parse_prepared_experiment(*text, file, rig)
                                         : config::load_prepared_experiment(file, rig)};
+  const config::Placing* placing = planned.experiment.config.placing();
+  if (!text && placing != nullptr && placing->brings_back) refuse_way_back(file);
   warn_if_not_fittable(planned.experiment.config, rig, file, console);
   warn_if_not_rehearsed(planned.experiment.config, rig, file, console);
   say_motion_shown_first(planned.experiment.config, rig, console);

@@ -222,6 +222,10 @@ std::vector<ExperimentFile> files_of(const RunCommand& command) {
   std::vector<ExperimentFile> files{
       {command.experiment_file, command.text ? *command.text : config::read_config_file(command.experiment_file)}};
   for (const std::string& name : command.further_files) files.push_back({name, config::read_config_file(name)});
+  for (const ExperimentFile& file : files) {
+    const bool is_given = command.text && &file == &files.front();
+    if (!is_given && config::brings_back(file.text, file.name)) refuse_way_back(file.name);
+  }
   std::size_t bytes = 0;
   for (const ExperimentFile& file : files) bytes += file.text.size();
   // The request also holds names, quotes and escapes.
@@ -310,6 +314,12 @@ std::string as_given(const suggest::RigAccess& rig, const RunCommand& command) {
 }
 
 }  // namespace
+
+void refuse_way_back(const std::string& file) {
+  throw UsageError(fmt::format(
+      "{}: way_back moves the rod from beyond a travel limit, where a person must have seen it: `eha goto` asks",
+      file));
+}
 
 ExitCode run_through_service(const RunCommand& command, Console& console) {
   const std::vector<ExperimentFile> files = as_a_list(command, "queued", [&] { return files_of(command); });

@@ -61,6 +61,12 @@ struct LonePoint {
 [[nodiscard]] std::string doubt_about(std::span<const CalibrationPoint> points, const Calibration& found,
                                       const DisplayUnit& unit = DisplayUnit("in"));
 
+/// Says that a calibration puts the rod of a voltage more than 0.1 in away from where the rig file's has it, somewhere
+/// within its travel limits; empty for others. Every reading of the ruler may be off by the same length, which no line
+/// through them shows, and travel limits and end stops then no longer meet.
+[[nodiscard]] std::string shift_text(const config::RigConfig& rig, const Calibration& calibration,
+                                     const DisplayUnit& unit);
+
 /// Replaces scale and offset in a rig file's text, and the calibration date if the backend has one. Keeps all other
 /// text, comments and order included, but that the gains of a [following] that was measured with the old scale, and its
 /// sums, become those of the new one. Adds a missing key below the head of its table. With units = "mm" keys in inches

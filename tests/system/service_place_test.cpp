@@ -252,6 +252,11 @@ TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
   EXPECT_EQ(unseen.code, static_cast<int>(ExitCode::usage)) << unseen.err;
   EXPECT_NE(unseen.err.find("--way-back"), std::string::npos) << unseen.err;
   EXPECT_NEAR(rod_in(), 5.85, 0.01) << "nothing was moved";
+  std::ofstream(daemon_.folder() / "w.toml")
+      << "schema = 1\nname = \"w\"\nduration_s = 60.0\n[place]\ndisplacement_in = 2.95\nway_back = true\n";
+  const Ended unasked_file = eha({"run", "w.toml", "--fast", "--yes"});
+  EXPECT_EQ(unasked_file.code, static_cast<int>(ExitCode::usage)) << unasked_file.err;
+  EXPECT_NE(unasked_file.err.find("`eha goto` asks"), std::string::npos) << unasked_file.err;
   const std::int64_t unasked = submit(client, kGoTo);
   EXPECT_EQ(follow(daemon_, unasked).at("outcome"), "faulted") << "a placing that nobody was asked about trips";
   client.call("arm");

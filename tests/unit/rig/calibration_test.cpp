@@ -207,6 +207,18 @@ TEST(CalibratedRigText, DoesNotSignGainsOfAnotherSensorAsMeasured) {
   }
 }
 
+TEST(CalibrationShift, NamesARulerReadFromAnotherZero) {
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  Calibration found = scaled_by(1.0, rig);
+  EXPECT_EQ(shift_text(rig, found, DisplayUnit("in")), "");
+  found.offset_in += 0.05;
+  EXPECT_EQ(shift_text(rig, found, DisplayUnit("in")), "");
+  found.offset_in += 0.95;
+  const std::string text = shift_text(rig, found, DisplayUnit("in"));
+  EXPECT_NE(text.find("the rod stands at 1.15 in where "), std::string::npos) << text;
+  EXPECT_NE(shift_text(rig, scaled_by(0.75, rig), DisplayUnit("in")), "");
+}
+
 TEST(CalibratedRigText, RefusesACalibrationThatTheLimitsContradict) {
   const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
   EXPECT_THROW(static_cast<void>(calibrated_rig_text(rig, {.scale_in_per_V = 0.1, .offset_in = 0.0}, "2026-05-04")),
