@@ -82,6 +82,13 @@ bool reaches_its_offset(const Model& model) {
 
 std::string escaped(std::string_view text) { return escaped_html(text); }
 
+std::string utc_text(std::string text) {
+  if (!text.ends_with('Z')) return text;
+  text.pop_back();
+  std::replace(text.begin(), text.end(), 'T', ' ');
+  return text + " UTC";
+}
+
 std::string with_code(std::string_view text) {
   std::string html;
   while (true) {

@@ -15,6 +15,9 @@ namespace eha::report {
 /// UTF-8 '?'.
 [[nodiscard]] std::string escaped(std::string_view text);
 
+/// "2026-01-31 14:05:00 UTC" of the "2026-01-31T14:05:00Z" of a manifest; another text stays.
+[[nodiscard]] std::string utc_text(std::string text);
+
 /// The same, with what stands between two backticks as code: commands as the messages of the programs quote them.
 [[nodiscard]] std::string with_code(std::string_view text);
 

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "daemon/plot/gnuplot.hpp"
@@ -50,6 +53,7 @@ table { border-collapse: collapse; margin: .5em 0; font-size: .9em; }
 th, td { border-bottom: 1px solid #bbb; padding: 3px 10px 3px 0; text-align: left; vertical-align: top; }
 th { border-bottom: 2px solid #111; vertical-align: bottom; }
 td.number, th.number { text-align: right; font-variant-numeric: tabular-nums; }
+td.number, .option { white-space: nowrap; }
 td.wide { overflow-wrap: anywhere; min-width: 14em; }
 td.name { overflow-wrap: anywhere; min-width: 7em; }
 td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
@@ -64,7 +68,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .stacked thead { display: none; }
   .stacked, .stacked tbody, .stacked tr, .stacked td { display: block; width: 100%; }
   .stacked tr { border-bottom: 2px solid #111; padding: 4px 0; }
-  .stacked td, .stacked td.number { border: 0; padding: 1px 0; text-align: left; overflow-wrap: anywhere; }
+  .stacked td, .stacked td.number { border: 0; white-space: normal; padding: 1px 0; text-align: left; overflow-wrap: anywhere; }
   .stacked td.wide, .stacked td.name { min-width: 0; }
   .stacked td.number + td:not(.number) { padding-left: 0; }
   .stacked td::before { content: attr(data-label) ": "; font-weight: bold; }
@@ -81,20 +85,24 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   body { background: #16181a; color: #e6e6e6; }
   .subtitle { color: #b5b5b5; }
   h2, .verdict, th, .missing, .stacked tr, .fraction > span:nth-last-child(2) { border-color: #e6e6e6; }
-  .plot { background: #fff; border-radius: 4px; }
+  .plot svg { filter: invert(.91) hue-rotate(180deg); }
 }
-@page { size: A4; margin: 14mm; }
+@page { size: A4; margin: 14mm 14mm 17mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt Arial, sans-serif; } }
 @media print {
-  .verdict details::details-content { content-visibility: visible; block-size: auto; }
+  details::details-content { content-visibility: visible; block-size: auto; }
   body { font-size: 9pt; line-height: 1.35; }
   main { max-width: none; padding: 0; }
   h2 { margin: 1em 0 .4em; }
   p, ul { margin: .25em 0; }
   .item { margin-bottom: .6em; }
-  .with-plot { display: grid; grid-template-columns: minmax(0, 1fr) minmax(0, 1fr); column-gap: 5mm; }
-  .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
-  .with-plot, .verdict, tr { break-inside: avoid; }
-  h2, h3, thead { break-after: avoid; }
+  .with-plot { display: flex; flex-direction: column; }
+  .with-plot > h3 { order: -2; }
+  .with-plot > .beside { order: -1; }
+  .plot svg { width: 135mm; margin: 1mm auto; }
+  .plot, dd, tr, li, .equation { break-inside: avoid; }
+  h2, h3, thead, summary, dt { break-after: avoid; }
+  section > h2 { break-inside: avoid; }
+  section > h2::after { content: ""; display: block; height: 35mm; margin-bottom: -35mm; }
   .table, .plot { overflow: visible; }
   pre { white-space: pre-wrap; }
   table { font-size: 7.5pt; width: 100%; }
@@ -122,12 +130,41 @@ std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
   if (drawn != nullptr) {
     html += drawn->error.empty() ? "<div class=\"plot\">" + drawn->svg + "</div>\n"
                                  : "<p class=\"missing\">This plot is missing: " + escaped(drawn->error) + "</p>\n";
-    if (const std::string remark = remark_html(item.remark); !remark.empty()) html += "<div>" + remark + "</div>\n";
+    if (const std::string remark = remark_html(item.remark); !remark.empty())
+      html += "<div class=\"beside\">" + remark + "</div>\n";
     if (!item.html.empty()) html += "<div class=\"below\">" + item.html + "</div>\n";
   } else {
     html += item.html;
   }
   return html + (item.folded ? "</div>\n</details>\n" : "</div>\n");
+}
+
+/// Letters, digits and hyphens of an option behind its "--".
+bool continues_option(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; }
+
+/// Keeps "--decimate" in one line: a browser breaks it behind its hyphens. Leaves tags and what is copied as it is.
+std::string with_whole_options(std::string_view html) {
+  std::string result;
+  bool is_code = false;
+  for (std::size_t at = 0; at < html.size();) {
+    const std::size_t tag = std::min(html.find('<', at), html.size());
+    std::string_view text = html.substr(at, tag - at);
+    for (std::size_t option; !is_code && (option = text.find(" --")) != std::string_view::npos;) {
+      std::size_t end = option + 3;
+      while (end < text.size() && continues_option(text[end])) ++end;
+      const std::string_view name = text.substr(option + 1, end - option - 1);
+      result += text.substr(0, option + 1);
+      result += name.size() > 2 ? fmt::format("<span class=\"option\">{}</span>", name) : std::string(name);
+      text.remove_prefix(end);
+    }
+    result += text;
+    const std::size_t after = std::min(html.find('>', tag), html.size() - 1) + 1;
+    if (tag < html.size()) result += html.substr(tag, after - tag);
+    if (html.substr(tag).starts_with("<code>")) is_code = true;
+    if (html.substr(tag).starts_with("</code>")) is_code = false;
+    at = tag < html.size() ? after : tag;
+  }
+  return result;
 }
 
 }  // namespace
@@ -152,7 +189,7 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>" +
       heading + "</title>\n<style>" + kStyle + "</style>\n</head>\n<body>\n<main>\n<h1>" + heading + "</h1>\n" +
-      lead_html;
+      with_whole_options(lead_html);
   std::size_t next = 0;
   for (const Section& section : sections) {
     if (section.items.empty()) continue;
@@ -160,7 +197,7 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
     page.html += section.folded ? "<details class=\"section\">\n<summary>" + name + "</summary>\n"
                                 : "<section>\n<h2>" + name + "</h2>\n";
     for (const Item& item : section.items) {
-      page.html += item_html(item, item.figure ? &drawn[next] : nullptr);
+      page.html += with_whole_options(item_html(item, item.figure ? &drawn[next] : nullptr));
       if (item.figure) ++next;
     }
     page.html += section.folded ? "</details>\n" : "</section>\n";

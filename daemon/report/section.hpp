@@ -23,7 +23,7 @@ struct Item {
   std::optional<plot::Figure> figure = {};
   Remark remark = {};
   std::string html = {};  ///< below the plot
-  bool folded = false;    ///< closed until its heading is clicked; not printed while closed
+  bool folded = false;    ///< closed until its heading is clicked; printed open
 };
 
 /// A part of a report. Without items it is left out.

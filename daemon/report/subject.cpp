@@ -119,6 +119,18 @@ std::string folder_text(const fs::path& model_file) {
   return folder.filename().empty() ? std::string() : " of " + folder.filename().string();
 }
 
+/// " of bench.csv", the record that all models are of; where they name none or several, their folder.
+std::string origin_text(const std::vector<ReportedModel>& models, const fs::path& first_file) {
+  std::string record;
+  for (const ReportedModel& reported : models) {
+    const auto at = reported.model.provenance.find("record");
+    if (at == reported.model.provenance.end() || at->second.empty()) return folder_text(first_file);
+    if (!record.empty() && record != at->second) return folder_text(first_file);
+    record = at->second;
+  }
+  return " of " + fs::path(record).filename().string();
+}
+
 /// "2026-01-31 14:05", when the newest of the files was written, UTC; empty where this is not known.
 std::string written_at(const std::vector<fs::path>& files) {
   std::optional<std::chrono::sys_seconds> newest;
@@ -260,7 +272,8 @@ Subject load_models(const std::vector<fs::path>& files) {
     subject.name += (subject.name.empty() ? "" : ", ") + subject.models.back().model.name;
     is_one_folder = is_one_folder && file.parent_path() == files.front().parent_path();
   }
-  if (files.size() > kMostNamed) subject.name = fmt::format("{} models", files.size()) + folder_text(files.front());
+  if (files.size() > kMostNamed)
+    subject.name = fmt::format("{} models", files.size()) + origin_text(subject.models, files.front());
   if (is_one_folder) read_tables(folder_of_tables(files.front()), subject);
   // Keeps only the data of these models.
   std::erase_if(subject.fit.models, [&](const identify::FitColumn& column) {

@@ -16,6 +16,8 @@
 #include "daemon/report/display.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "daemon/report/page.hpp"
+#include "daemon/report/section.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
 #include "tests/unit/report/subjects.hpp"
@@ -74,7 +76,7 @@ TEST(Page, SaysTheReasonOfARejectionOnce) {
   subject.models[0].model.verdict->reasons = {"The rod stands at an end; cut with --from 37.", "R2 is too low."};
   subject.reason = "io, the best one, is rejected: The rod stands at an end; cut with --from 37.";
   const std::string html = page_of(subject).html;
-  EXPECT_EQ(count(html, "The rod stands at an end; cut with --from 37."), 1U);
+  EXPECT_EQ(count(html, "The rod stands at an end; cut with"), 1U);
   subject.reason = "io, the best one, is rejected: The rod stands at an end";
   EXPECT_EQ(count(page_of(subject).html, "The rod stands at an end"), 1U) << "a quoted statement";
   EXPECT_NE(html.find("<li>R2 is too low.</li>"), std::string::npos);
@@ -587,6 +589,28 @@ TEST(Page, DoesNotAskToAllowAnIntegratorThatIsAccepted) {
   EXPECT_NE(page_of(subject).html.find("and the limits of [acceptance] allow it"), std::string::npos);
   subject.models[0].model.verdict->accepted = false;
   EXPECT_NE(page_of(subject).html.find("Accept it with require_stable = false"), std::string::npos);
+}
+
+TEST(Page, PrintsWhatIsFoldedWithPageNumbers) {
+  const std::string html = page_of(subject_of("run", ident::Grade::good)).html;
+  const std::size_t print = html.find("@media print");
+  ASSERT_NE(print, std::string::npos);
+  EXPECT_NE(html.find("\n  details::details-content { content-visibility: visible;", print), std::string::npos);
+  EXPECT_NE(html.find("counter(page) \" / \" counter(pages)"), std::string::npos);
+}
+
+TEST(Page, BreaksNoOptionBehindItsHyphens) {
+  const Section section{
+      .title = "s", .items = {{.heading = "h", .html = paragraph("a smaller --decimate, -- or `eha fit --from 3`")}}};
+  const std::string html = assembled("t", "", {section}, std::nullopt).html;
+  EXPECT_NE(html.find("a smaller <span class=\"option\">--decimate</span>, -- or <code>eha fit --from 3</code></p>"),
+            std::string::npos)
+      << html.substr(html.find("</style>"));
+}
+
+TEST(UtcText, IsNoClockOfAMachine) {
+  EXPECT_EQ(utc_text("2026-11-28T21:59:42Z"), "2026-11-28 21:59:42 UTC");
+  EXPECT_EQ(utc_text("unknown"), "unknown");
 }
 
 TEST(Page, LoadsNothing) {

@@ -46,6 +46,17 @@ TEST(LoadModels, TakesTheTableOfTheirFolder) {
   EXPECT_EQ(subject.fit.models[0].simulated[1], 2.5);
 }
 
+TEST(LoadModels, NamesManyModelsByTheirRecordNotByTheFolder) {
+  const TemporaryFolder folder;
+  std::vector<std::filesystem::path> files;
+  for (const char* name : {"a", "b", "c", "d"}) {
+    ident::Model model = model_named(name, ident::Grade::good, 99.0);
+    model.provenance["record"] = "records/bench-17.csv";
+    files.push_back(folder.write(std::string(name) + ".json", ident::to_text(model)));
+  }
+  EXPECT_EQ(load_models(files).name, "4 models of bench-17.csv");
+}
+
 TEST(LoadModels, NamesTheRecordAndTheDate) {
   const TemporaryFolder folder;
   ident::Model model = model_named("io", ident::Grade::good, 99.0);
