@@ -118,7 +118,7 @@ void draw_overlay(const ident::Record& record, const Eigen::VectorXd& measured, 
   };
   plot::Panel position{"", "displacement [" + unit + "]"};
   position.series = {curve("measured", measured, 0), curve("replayed", replayed, 1)};
-  plot::Panel error{"time [s]", "error [" + unit + "]"};
+  plot::Panel error{"time [s]", "error, measured - replayed [" + unit + "]"};
   error.series = {curve("", measured - replayed, 1)};
   const std::string ending = path.extension().string();
   const plot::Format format = ending == ".png"   ? plot::Format::png

@@ -32,18 +32,28 @@ struct Series {
   /// kGuideStyle: a thin grey line. 0: a broad grey line, for measured data. 1: solid black, for the most important
   /// model. 2 and more: dash patterns that differ without colour. Areas and bands take the style's colour, lightened.
   int style = 1;
+  bool is_faint = false;  ///< a line beyond what was measured: thin and dotted in its colour
 };
 
 /// A line across the whole panel.
 struct Rule {
   double at = 0.0;
   bool vertical = false;
+  std::string label = {};  ///< text in the key; empty: not listed
 };
 
-/// A part of the x axis with a grey background.
+/// How the background of a part looks. What the record shows and what it does not never look alike.
+enum class Look {
+  plain,    ///< grey
+  hatched,  ///< what the record does not show
+};
+
+/// A part of the x axis with a background of its own.
 struct Shade {
   double from = 0.0;
   double to = 0.0;
+  std::string label = {};  ///< text in the key; empty: not listed
+  Look look = Look::plain;
 };
 
 /// Text in a panel, centred on a point.

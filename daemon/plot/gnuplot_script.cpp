@@ -14,6 +14,7 @@
 #include "core/utf8.hpp"
 #include "daemon/plot/axis_range.hpp"
 #include "daemon/plot/gnuplot.hpp"
+#include "daemon/plot/key.hpp"
 
 namespace eha::plot {
 namespace {
@@ -38,9 +39,6 @@ constexpr double kSinglePanelHeight_px = 300.0;
 constexpr double kMapHeight_px = 380.0;
 constexpr double kKeyLine_px = 20.0;
 constexpr double kTitle_px = 28.0;
-constexpr double kKeyWidth_px = 490.0;
-constexpr double kKeySample_px = 70.0;  // the line beside an entry, and air
-constexpr double kLetter_px = 8.5;
 constexpr double kLine_px = 17.0;        // of text
 constexpr double kLeftMargin_px = 88.0;  // set lmargin below
 constexpr double kPlainMargin_lines = 3.2;
@@ -88,9 +86,11 @@ std::string drawn_with(const Series& series, bool in_characters) {
   const std::string colour = fmt::format("lc rgb '{}'", style.colour);
   switch (series.mark) {
     case Mark::line:
+      if (series.is_faint) return fmt::format("with lines {} dt (3,4) lw 1.3", colour);
       return fmt::format("with lines {} dt {} lw {}", colour, style.dashes, style.width);
     case Mark::points:
-      return fmt::format("with points {} pt {} ps 0.9 lw 1.6", colour, style.point);
+      // A model's larger than the bars' point that it may lie on.
+      return fmt::format("with points {} pt {} ps {} lw 1.6", colour, style.point, series.style == 0 ? 0.9 : 1.3);
     case Mark::impulses:
       return fmt::format("with impulses {} lw 2.5", colour);
     case Mark::error_bars:
@@ -109,7 +109,7 @@ const char* columns_of(const Series& series, bool in_characters) {
 }
 
 /// Place in the order of drawing: areas, stems, measured points, lines with the broad ones first, so that a thin line
-/// stays visible on them, other points.
+/// stays visible on them and guides beneath all of them, bars, other points.
 double drawing_rank(const Series& series) {
   switch (series.mark) {
     case Mark::band:
@@ -118,14 +118,27 @@ double drawing_rank(const Series& series) {
     case Mark::impulses:
       return 1.0;
     case Mark::line:
+      if (series.style == kGuideStyle) return 1.8;
       return 2.0 + 1.0 / (1.0 + style_of(series.style).width);
     case Mark::points:
-      return series.style == 0 ? 1.5 : 4.0;  // many measured points would hide the line through them
+      return series.style == 0 ? 1.5 : 5.0;  // many measured points would hide the line through them
     case Mark::error_bars:
       break;
   }
   return 4.0;
 }
+
+const char* fill_of(Look look) {
+  switch (look) {
+    case Look::plain:
+      return "rgb '#e4e4e4' fs solid noborder";
+    case Look::hatched:
+      return "rgb '#8c8c8c' fs transparent pattern 4 noborder";
+  }
+  return "";
+}
+
+constexpr const char* kRuleLine = "dt (10,6) lw 1 lc rgb '#505050'";
 
 /// The list of a plot command. The key keeps the order of the panel, whatever is drawn first.
 std::string plots_of(const Panel& panel, const std::string& prefix, bool in_characters) {
@@ -142,6 +155,14 @@ std::string plots_of(const Panel& panel, const std::string& prefix, bool in_char
     const std::size_t closed = with.find("closed ");
     add("keyentry " + (closed == std::string::npos ? with : std::string(with).erase(closed, 7)) + " title " +
         quoted(series.label));
+  }
+  for (const Rule& rule : panel.rules) {
+    if (!in_characters && !rule.label.empty())
+      add(fmt::format("keyentry with lines {} title {}", kRuleLine, quoted(rule.label)));
+  }
+  for (const Shade& shade : panel.shades) {
+    if (in_characters || shade.label.empty()) continue;
+    add(fmt::format("keyentry with filledcurves fc {} title {}", fill_of(shade.look), quoted(shade.label)));
   }
   if (in_characters) {
     // A character hides the one beneath: what was measured, the first curve, stays visible.
@@ -172,9 +193,8 @@ void add_decoration(std::string& script, const Panel& panel, const Range& x_rang
   for (const Shade& shade : panel.shades) {
     if (in_characters || !(shade.from < shade.to) || !std::isfinite(shade.from) || !std::isfinite(shade.to)) continue;
     fmt::format_to(std::back_inserter(script),
-                   "set object rectangle from first {:.7g}, graph 0 to first {:.7g}, graph 1 behind fc rgb '#e4e4e4' "
-                   "fs solid noborder\n",
-                   shade.from, shade.to);
+                   "set object rectangle from first {:.7g}, graph 0 to first {:.7g}, graph 1 behind fc {}\n",
+                   shade.from, shade.to, fill_of(shade.look));
   }
   for (const Rule& rule : panel.rules) {
     const Range ends = rule.vertical ? x_range : y_ends(panel);
@@ -184,29 +204,12 @@ void add_decoration(std::string& script, const Panel& panel, const Range& x_rang
         rule.vertical ? fmt::format("first {:.7g}, graph 0", rule.at) : fmt::format("graph 0, first {:.7g}", rule.at);
     const std::string to =
         rule.vertical ? fmt::format("first {:.7g}, graph 1", rule.at) : fmt::format("graph 1, first {:.7g}", rule.at);
-    fmt::format_to(std::back_inserter(script), "set arrow from {} to {} nohead dt (4,4) lw 1 lc rgb '#505050'\n", from,
-                   to);
+    fmt::format_to(std::back_inserter(script), "set arrow from {} to {} nohead {}\n", from, to, kRuleLine);
   }
   for (const Caption& caption : panel.captions) {
     fmt::format_to(std::back_inserter(script), "set label {} at first {:.7g}, first {:.7g} center front\n",
                    quoted(caption.text), caption.x, caption.y);
   }
-}
-
-/// Estimated width of a text in letters of the lower case: digits and capitals are wider, m and w most.
-double letters_of(std::string_view text) {
-  constexpr double kWide = 1.3;
-  constexpr double kWidest = 1.6;
-  double letters = 0.0;
-  for (const char c : text) {
-    const bool is_continued = (static_cast<unsigned char>(c) & 0xC0U) == 0x80;  // of a UTF-8 character
-    if (c == 'm' || c == 'w') {
-      letters += kWidest;
-      continue;
-    }
-    if (!is_continued) letters += (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ? kWide : 1.0;
-  }
-  return letters;
 }
 
 /// How the names at the x axis are written.
@@ -234,19 +237,8 @@ TickLayout tick_layout(const Panel& panel) {
   return {angle / kDegree, 1.6 + length_px * std::sin(angle) / kLine_px};
 }
 
-/// Least number of entries side by side in a panel's key.
-std::size_t key_columns(const Panel& panel) {
-  double longest = 0.0;
-  for (const Series& series : panel.series) longest = std::max(longest, letters_of(series.label));
-  const double entry_px = kKeySample_px + kLetter_px * longest;
-  return std::max<std::size_t>(1, static_cast<std::size_t>(kKeyWidth_px / entry_px));
-}
-
 double panel_height_px(const Panel& panel, bool is_alone) {
-  const auto entries = static_cast<std::size_t>(std::count_if(
-      panel.series.begin(), panel.series.end(), [](const Series& series) { return !series.label.empty(); }));
-  const std::size_t columns = key_columns(panel);
-  const std::size_t lines = (entries + columns - 1) / columns;
+  const std::size_t lines = key_lines(panel);
   const double plain = panel.is_map || panel.has_equal_scales ? kMapHeight_px
                        : is_alone                             ? kSinglePanelHeight_px
                                                               : kPanelHeight_px;
@@ -255,19 +247,6 @@ double panel_height_px(const Panel& panel, bool is_alone) {
 }
 
 bool has_title(const Figure& figure, Surface surface) { return surface == Surface::file && !figure.title.empty(); }
-
-/// gnuplot reserves 0.7 em for a letter of the key, more than it needs: with less width more entries fit into a row.
-std::string key_width(const Panel& panel) {
-  constexpr double kNeeded = 0.8;  // of that, for a letter of the lower case
-  constexpr double kAir = 1.0;     // letters before the line of the next entry
-  double reserved = 0.0;
-  double needed = 0.0;
-  for (const Series& series : panel.series) {
-    reserved = std::max(reserved, static_cast<double>(series.label.size()));
-    needed = std::max(needed, kNeeded * letters_of(series.label));
-  }
-  return fmt::format("set key width {:.1f}\n", needed - reserved + kAir);
-}
 
 std::string bottom_margin(const Panel& panel) {
   if (const TickLayout ticks = tick_layout(panel); ticks.angle_deg > 0.0) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "daemon/report/figures.hpp"
+#include "daemon/report/known_line.hpp"
 #include "daemon/report/map_response.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
@@ -209,25 +210,29 @@ Panel gain_error_panel(const std::vector<double>& measured_dB, const std::vector
   return panel;
 }
 
-/// Removes marks below an axis that ends at `lowest`, and says so in the key: noise far below the models.
+/// Removes marks below an axis that ends at `lowest`: noise far below the models. The key has their median.
 void drop_points_below(Panel& gain, double lowest) {
   std::string below;
   for (Series& series : gain.series) {
     if (series.mark != Mark::points) continue;
+    std::vector<double> dropped;
     std::size_t shown = 0;
-    std::size_t dropped = 0;
     for (double& y : series.y) {
       if (!std::isfinite(y)) continue;
-      const bool is_shown = y >= lowest;
-      (is_shown ? shown : dropped) += 1;
-      if (!is_shown) y = std::numeric_limits<double>::quiet_NaN();
+      if (y >= lowest) {
+        ++shown;
+        continue;
+      }
+      dropped.push_back(std::exchange(y, std::numeric_limits<double>::quiet_NaN()));
     }
-    if (dropped == 0) continue;
-    const std::string where = fmt::format("below {:.0f} dB", lowest);
+    if (dropped.empty()) continue;
+    std::nth_element(dropped.begin(), dropped.begin() + static_cast<std::ptrdiff_t>(dropped.size() / 2), dropped.end());
+    const double median = dropped[dropped.size() / 2];
     if (shown == 0) {
-      below += "; " + series.label + " " + where;
+      below += fmt::format("; {} at {:.0f} dB", series.label, median);
     } else {
-      series.label += fmt::format(" ({} of {} lines {})", dropped, shown + dropped, where);
+      series.label +=
+          fmt::format(" ({} of {} lines below the axis, at {:.0f} dB)", dropped.size(), dropped.size() + shown, median);
     }
   }
   std::erase_if(gain.series, [](const Series& series) {
@@ -351,13 +356,10 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     if (!curve.gain_std_dB.empty()) {
       gain.series.push_back(band(curve.frequency_Hz, curve.gain_dB, curve.gain_std_dB, style, usable));
       phase.series.push_back(band(curve.frequency_Hz, phase_deg, curve.phase_std_deg, style, usable));
+      if (style == 1) gain.series.back().label = "95 % bounds";
     }
-    gain.series.push_back({.label = reported->model.name,
-                           .x = curve.frequency_Hz,
-                           .y = curve.gain_dB,
-                           .mark = Mark::line,
-                           .style = style});
-    phase.series.push_back({.label = "", .x = curve.frequency_Hz, .y = phase_deg, .mark = Mark::line, .style = style});
+    add_known_line(gain, reported->model.name, *reported, curve.frequency_Hz, curve.gain_dB, style);
+    add_known_line(phase, "", *reported, curve.frequency_Hz, phase_deg, style);
     for (const double value : curve.gain_dB) gains.add(value);
     for (std::size_t i = 0; i < phase_deg.size(); ++i) {
       phases.add(phase_deg[i]);
@@ -396,6 +398,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
   gains.keep_within(wanted.low - kBeyondModel_dB, wanted.high + kBeyondModel_dB);
   if (const auto band = models.empty() ? std::nullopt : models.front()->usable_band()) {
     for (Panel* panel : {&gain, &phase}) panel->shades.push_back({band->lowest_Hz, band->highest_Hz});
+    gain.shades.back().label = models.size() == 1 ? "usable band" : "usable band of " + first->name;
   }
   drop_points_below(gain, gains.low);
   gain.y_range = gains.widened(3.0);

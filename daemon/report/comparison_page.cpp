@@ -59,22 +59,23 @@ plot::Figure changes_figure(const ident::PlantChange& change, const std::string&
   plot::Series bars{.label = "", .mark = plot::Mark::error_bars, .style = 1};
   double most = 2.0;
   for (const ident::ParameterChange& p : change.parameters) {
-    const double x = static_cast<double>(bars.x.size()) + 1.0;
+    const double x = static_cast<double>(panel.x_ticks.size()) + 1.0;
     const double size = p.half_width > 0.0 ? (p.after - p.before) / p.half_width : 0.0;
-    const double shown = std::clamp(size, -kMostShown, kMostShown);
-    bars.x.push_back(x);
-    bars.y.push_back(shown);
-    bars.lower.push_back(shown - 1.0);
-    bars.upper.push_back(shown + 1.0);
-    most = std::max(most, std::abs(shown) + 1.0);
-    // An arrow shows that the point lies outside the panel.
-    if (std::abs(size) > kMostShown) {
-      panel.captions.push_back(
-          {.x = x + 0.25, .y = shown, .text = fmt::format("{} {:.0f}", size > 0.0 ? "↑" : "↓", size)});
-    }
     panel.x_ticks.push_back({.at = x, .text = p.name});
+    most = std::max(most, std::min(std::abs(size), kMostShown) + 1.0);
+    // Outside the panel: an arrow and no bar, whose ends would be read.
+    if (std::abs(size) > kMostShown) {
+      panel.captions.push_back({.x = x,
+                                .y = std::copysign(kMostShown, size),
+                                .text = fmt::format("{} {:.0f}", size > 0.0 ? "↑" : "↓", size)});
+      continue;
+    }
+    bars.x.push_back(x);
+    bars.y.push_back(size);
+    bars.lower.push_back(size - 1.0);
+    bars.upper.push_back(size + 1.0);
   }
-  panel.x_range = std::pair(0.5, static_cast<double>(bars.x.size()) + 0.5);
+  panel.x_range = std::pair(0.5, static_cast<double>(panel.x_ticks.size()) + 0.5);
   panel.y_range = std::pair(-1.1 * most, 1.1 * most);
   panel.rules = {{.at = 0.0, .vertical = false}};
   panel.series.push_back(std::move(bars));
@@ -111,7 +112,8 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   item.remark.seen +=
       " The axis counts in half joint intervals: a parameter at 3 differs three times as much as the least change that "
       "shows, at which the bar just leaves 0.";
-  if (is_beyond) item.remark.seen += fmt::format(" Values beyond {:g} are drawn there.", kMostShown);
+  if (is_beyond)
+    item.remark.seen += fmt::format(" A value beyond {:g} is an arrow with its number, without a bar.", kMostShown);
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (leaves_other(subject)) item.remark.seen += " " + left_over_sentence(first, subject);
   item.remark.to_do =
@@ -315,9 +317,10 @@ std::optional<Item> step_item(const std::vector<ident::Model>& models) {
   } catch (const ConfigError&) {
     return std::nullopt;  // no step: more zeros than poles
   }
-  item.remark.good = fmt::format(
-      "Lines that cover one another{}.",
-      item.figure->panels.front().shades.empty() ? "" : " outside the grey part, which is faster than the usable band");
+  item.remark.good = fmt::format("Lines that cover one another{}.",
+                                 item.figure->panels.front().shades.empty()
+                                     ? ""
+                                     : " outside the hatched part, which is faster than the usable band");
   item.remark.to_do = "A lower speed is a lower gain: pressure, leak or valve.";
   return item;
 }

@@ -215,6 +215,7 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
   input.series.push_back(held_input(table.time_s, table.applied));
   if (split_s) {
     for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
+    output.rules.back().label = "estimated before, validated after";
   }
   return {.title = title, .panels = {std::move(output), std::move(error), std::move(input)}};
 }
@@ -309,7 +310,7 @@ Panel correlation_panel(const ident::Correlation& correlation, const std::string
   for (std::size_t i = 0; i < correlation.lags.size() && i < correlation.values.size(); ++i) {
     stems.x.push_back(correlation.lags[i]);
     stems.y.push_back(correlation.values[i]);
-    if (correlation.lags[i] != 0) greatest = std::max(greatest, std::abs(correlation.values[i]));
+    greatest = std::max(greatest, std::abs(correlation.values[i]));
   }
   if (stems.x.empty()) return panel;
   const std::vector<double> ends{stems.x.front() - 0.5, stems.x.back() + 0.5};

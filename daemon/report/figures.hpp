@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/identify/fit_table.hpp"
@@ -43,9 +45,10 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 [[nodiscard]] plot::Series held(const plot::Series& series);
 
 /// Draws gain and phase of the first models with their 95 % bounds, over the measured response with its 95 % bars, the
-/// noise and the distortion; shades the usable band of the first model. Because the bars are small beside three decades
-/// of gain, a panel below has the measured gain over that of the first model. Of a first model behind a valve's map its
-/// response with the map is drawn at the lines, too, and compared with the measured one: the map passes less than G.
+/// noise and the distortion; shades the usable band of the first model, and draws lines beyond it faint. Because the
+/// bars are small beside three decades of gain, a panel below has the measured gain over that of the first model. Of a
+/// first model behind a valve's map its response with the map is drawn at the lines, too, and compared with the
+/// measured one: the map passes less than G.
 /// @param response  may be null   @param fit  rows whose input the map is linearised for; null: G alone is drawn
 [[nodiscard]] plot::Figure bode_figure(const std::vector<const ReportedModel*>& models,
                                        const record::NumberTable* response, const std::string& title,
@@ -66,7 +69,7 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
                                            const std::string& title);
 
 /// Draws output and speed after a step of one input unit behind the valve, long enough for the lags within the usable
-/// band. Shades the times that are faster than the band. @param models  at least one
+/// band. Hatches the times that are faster than the band. @param models  at least one
 /// @throws ConfigError  a transfer function cannot be simulated. Cost O(N^2) for unstable models, N = 400
 [[nodiscard]] plot::Figure step_figure(const std::vector<const ident::Model*>& models, const std::string& title);
 
@@ -83,6 +86,11 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 /// Marks where a fault ended the run, and goes on a little beyond it.
 /// @param trip_s  on the time axis of the figure
 void mark_trip(plot::Figure& figure, double trip_s);
+
+/// Adds the rig's travel limits that lie near what was measured to the panel of the output.
+/// @param span_s  first and last time of the panel   @param unit  of the panel
+void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::span<const double> measured,
+                 const std::string& unit, plot::Panel& output);
 
 /// Adds the rows of a record behind the last one of a fit_figure(), which a decimation leaves out.
 void add_rest(plot::Figure& figure, const identify::FitTable& table, const ident::Record& record);

@@ -81,9 +81,13 @@ Remark remark_on(const Subject& subject, const Model& model, const std::vector<c
     remark.seen += fmt::format("{}Known to worse than {:.0f} %: {}.", may_be_0.empty() ? "" : " ", kWide_percent,
                                fmt::join(wide, ", "));
   }
+  const bool is_cut = std::any_of(parameters.begin(), parameters.end(), [](const ParameterEstimate* parameter) {
+    const auto [lower, upper] = interval_percent(*parameter);
+    return !(std::max(100.0 - lower, upper - 100.0) <= kMostShown_percent);
+  });
   remark.good =
-      "Bars of a few per cent. The axis ends with the longest one; a bar that reaches 0 % is a parameter that may be "
-      "0.";
+      fmt::format("Bars of a few per cent. {}; a bar that reaches 0 % is a parameter that may be 0.",
+                  is_cut ? "A bar that leaves the axis is longer than it" : "The axis ends with the longest one");
   remark.to_do =
       may_be_0.empty() && wide.empty()
           ? nothing_to_do(subject)

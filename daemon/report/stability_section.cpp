@@ -53,9 +53,10 @@ Remark remark_on(const Subject& subject, const ident::Model& model) {
   remark.seen += fmt::format(" It is {}, with a margin of {:.3g} deg of s.", stability.stable ? "stable" : "not stable",
                              stability.margin_rad * kDegrees);
   if (!poles.is_complete) remark.seen += " Not every pole could be located; the margin counts them all.";
-  remark.good =
-      fmt::format("No cross within the shaded sector, and a margin above {:.2g} deg. Circles are decades of f0.",
-                  kSmallMargin_rad * kDegrees);
+  remark.good = fmt::format(
+      "No cross within the shaded sector, and a margin above {:.2g} deg. Each circle has its f0 beside it; the "
+      "distances are logarithmic.",
+      kSmallMargin_rad * kDegrees);
   const double slowest = slowest_s(poles);
   const double duration_s = subject.fit.time_s.empty() ? 0.0 : subject.fit.time_s.back() - subject.fit.time_s.front();
   if (poles.order_at_zero > 0.0 && stability.margin_rad > -1e-9) {

@@ -225,7 +225,10 @@ plot::Figure step_figure(const std::vector<const ident::Model*>& models, const s
     ++style;
   }
   if (const auto band = band_times(*models.front()); band && band->fastest_s >= kLeastShade * duration_s) {
-    for (plot::Panel* panel : {&output, &speed}) panel->shades.push_back({0.0, std::min(band->fastest_s, duration_s)});
+    for (plot::Panel* panel : {&output, &speed}) {
+      panel->shades.push_back({.to = std::min(band->fastest_s, duration_s), .look = plot::Look::hatched});
+    }
+    output.shades.back().label = "faster than the usable band";
   }
   for (plot::Panel* panel : {&output, &speed}) {
     panel->x_range = std::pair(0.0, duration_s);
@@ -253,7 +256,7 @@ std::string step_sentence(const ident::Model& model) {
   const bool swings = response.resonance_Hz > 0.0 && response.overshoot >= kLeastOvershoot;
   return fmt::format("{}; 63 % of that after {:.2g} s{}{}.", step, response.reached_s,
                      is_observed ? std::string()
-                                 : fmt::format(" by the model, in the grey part of {:.2g} s: it is faster than the "
+                                 : fmt::format(" by the model, in the hatched part of {:.2g} s: it is faster than the "
                                                "usable band, and there the record shows little of it",
                                                band->fastest_s),
                      swings ? fmt::format("; it overshoots by {:.2g} %, f0 = {:.3g} Hz", 100.0 * response.overshoot,
@@ -281,9 +284,9 @@ plot::Panel valve_panel(const std::vector<const ident::Model*>& models, double l
     panel.series.push_back({.label = "valve of " + model->name, .x = u, .y = {v.begin(), v.end()}, .style = style++});
   }
   const ident::ValveMap& marked = *last.input_map;
-  panel.shades.push_back({marked.null - marked.dead_band, marked.null + marked.dead_band});
+  panel.shades.push_back({marked.null - marked.dead_band, marked.null + marked.dead_band, "dead band"});
   panel.rules.push_back({.at = 0.0, .vertical = false});
-  panel.rules.push_back({.at = marked.null, .vertical = true});
+  panel.rules.push_back({.at = marked.null, .vertical = true, .label = "null"});
   return panel;
 }
 

@@ -23,10 +23,10 @@ Section step_section(const Subject& subject) {
     item.remark.to_do = "Nothing.";
   } else {
     item.remark.good = shown.size() > 1
-                           ? "Both models agree outside the grey part, which is faster than the usable band."
-                           : "The lag takes longer than the grey part, which is faster than the usable band.";
+                           ? "Both models agree outside the hatched part, which is faster than the usable band."
+                           : "The lag takes longer than the hatched part, which is faster than the usable band.";
     item.remark.to_do =
-        "For a controller that reacts within the grey part, excite higher frequencies (`eha design`) and fit again.";
+        "For a controller that reacts within the hatched part, excite higher frequencies (`eha design`) and fit again.";
   }
   section.items.push_back(std::move(item));
   return section;

@@ -138,12 +138,8 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
   return remark;
 }
 
-/// From the first row to the last. @param table  with rows
-std::pair<double, double> span_of(const identify::FitTable& table) {
-  return {table.time_s.front(), table.time_s.back()};
-}
+}  // namespace
 
-/// Adds the rig's travel limits that lie near what was measured to the panel of the output.
 void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::span<const double> measured,
                  const std::string& unit, plot::Panel& output) {
   if (measured.empty()) return;
@@ -159,6 +155,13 @@ void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::
                              .y = {limit, limit},
                              .style = plot::kGuideStyle});
   }
+}
+
+namespace {
+
+/// From the first row to the last. @param table  with rows
+std::pair<double, double> span_of(const identify::FitTable& table) {
+  return {table.time_s.front(), table.time_s.back()};
 }
 
 Item of_record(const Subject& subject) {

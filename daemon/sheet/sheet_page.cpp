@@ -50,8 +50,8 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
              factor * creep, factor * (creep + sheet.gain_positive_in_per_V_s.value * (highest_V - upper_V))},
        .mark = plot::Mark::line,
        .style = 1});
-  panel.shades.push_back({lower_V, upper_V});
-  panel.rules.push_back({.at = sheet.null_V.value, .vertical = true});
+  panel.shades.push_back({lower_V, upper_V, "dead band"});
+  panel.rules.push_back({.at = sheet.null_V.value, .vertical = true, .label = "null"});
   report::Item item{.heading = "Flow curve; the dead band is shaded, the null dashed"};
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   const bool drifts = sheet.creep_in_per_s && std::abs(creep) > sheet.creep_in_per_s->half_width;
@@ -177,8 +177,8 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 }  // namespace
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
-  const std::string lead = fmt::format("<p class=\"subtitle\">{}, {} UTC</p>\n", report::escaped(run.rig.name),
-                                       report::escaped(run.utc_start)) +
+  const std::string lead = fmt::format("<p class=\"subtitle\">{}, {}</p>\n", report::escaped(run.rig.name),
+                                       report::escaped(report::utc_text(run.utc_start))) +
                            quantities(run, unit);
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));

@@ -148,6 +148,7 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
   item.remark.seen +=
       " Of the linear loop: model, filter and feedback about a moving rod. The dead band, which the inverse of the "
       "valve bridges, is not in it.";
+  item.remark.seen += " The phase is drawn down to -360 degrees.";
   item.remark.good = "At least 45 degrees where the gain is 0 dB, over the whole band.";
   item.remark.to_do = "A wide band: make a longer record, then tune again.";
   return item;
@@ -228,11 +229,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   // Every row counts: the remark names the greatest.
   plot::Points errors = plot::envelope(t.time_s, error, kErrorBuckets);
   following.series.push_back({.label = means, .x = std::move(errors.x), .y = std::move(errors.y), .style = 1});
-  plot::Panel command{.x_label = t.sweep_s
-                                     ? fmt::format("time [s]; {:.0f} to {:.0f} s (grey): the sweep for the margins",
-                                                   t.sweep_s->first, t.sweep_s->second)
-                                     : "time [s]",
-                      .y_label = "command [V]"};
+  plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
   // A command is held until the next tick.
   const plot::Series volts{.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1};
   command.series.push_back(every == 1 ? report::held(volts) : volts);
@@ -240,6 +237,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
     for (plot::Panel* panel : {&position, &following, &command}) {
       panel->shades.push_back({.from = t.sweep_s->first, .to = t.sweep_s->second});
     }
+    position.shades.back().label = "sweep for the margins";
   }
   return {.title = std::move(title), .panels = {std::move(position), std::move(following), std::move(command)}};
 }
@@ -255,9 +253,9 @@ plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig
   const auto first = [&](const std::vector<double>& values) {
     return std::vector<double>(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rows));
   };
-  plot::Figure figure = motion_figure(
-      {first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
-      fmt::format("{}: a step on the simulated rig; settling counts from the dashed line", controller.name), unit);
+  plot::Figure figure =
+      motion_figure({first(trace.time_s), first(trace.reference_in), first(trace.rod_in), first(trace.command_V)},
+                    fmt::format("{}: a step on the simulated rig", controller.name), unit);
   if (rows == 0) return figure;
   const double end = trace.reference_in[rows - 1];
   const double still = kAtEnd * std::abs(motion.way());
@@ -266,6 +264,7 @@ plot::Figure step_figure(const TrialTrace& trace, const config::ControllerConfig
   while (ended > 0 && !moves(ended - 1)) --ended;
   if (ended < rows) {
     for (plot::Panel& panel : figure.panels) panel.rules.push_back({.at = trace.time_s[ended], .vertical = true});
+    figure.panels.front().rules.back().label = "settling counts from here";
   }
   return figure;
 }
@@ -313,7 +312,7 @@ std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfi
   };
   return {row("kp", s.feedback.kp, "1/s"),
           row("ki", s.feedback.ki, "1/s^2"),
-          row("kd", s.feedback.kd, ""),
+          row("kd", s.feedback.kd, "no unit"),
           row("filter", s.feedback.filter_s, "s"),
           row("null", s.inverse.null, "V"),
           row("half dead band", s.inverse.dead_band, "V"),

@@ -204,6 +204,30 @@ TEST(Gnuplot, MarksTheDecadesOfALogarithmicAxisAndMoreWhereTheyAreFew) {
       << script_of(figure, Surface::page);
 }
 
+TEST(Gnuplot, ListsRulesAndShadesInTheKeyAndHatchesWhatIsNotKnown) {
+  Figure figure = ramp("title", "curve");
+  figure.panels[0].shades = {{0.0, 2.0, "usable band"}, {3.0, 4.0, "not tested", Look::hatched}};
+  figure.panels[0].rules = {{.at = 5.0, .vertical = true, .label = "validated from here"}, {.at = 1.0}};
+  const std::string script = script_of(figure, Surface::page);
+  for (const char* label : {"usable band", "not tested", "validated from here"}) {
+    const std::size_t at = script.find(std::string("title '") + label + "'");
+    ASSERT_NE(at, std::string::npos) << label;
+    EXPECT_NE(script.rfind("keyentry", at), std::string::npos) << label;
+  }
+  EXPECT_NE(script.find("fs solid noborder title 'usable band'"), std::string::npos);
+  EXPECT_NE(script.find("pattern 4 noborder title 'not tested'"), std::string::npos);
+  EXPECT_EQ(draw_inline({figure}).front().error, "");
+  EXPECT_EQ(script_of(figure, Surface::characters).find("keyentry with filledcurves"), std::string::npos);
+}
+
+TEST(Gnuplot, DrawsGuidesBeneathEveryLine) {
+  Figure figure = ramp("title", "model");
+  figure.panels[0].series.push_back(figure.panels[0].series[0]);
+  figure.panels[0].series[1].style = kGuideStyle;
+  const std::string script = script_of(figure, Surface::page);
+  EXPECT_LT(script.find("$p0d1 using"), script.find("$p0d0 using"));
+}
+
 TEST(Gnuplot, DrawsNoRuleBeyondItsAxes) {
   Figure figure = ramp("a", "b");
   figure.panels[0].rules = {{.at = -90.0, .vertical = false}};

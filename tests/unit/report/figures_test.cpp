@@ -209,7 +209,7 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
             "1 V at the input moves the output at 0.15 in/s with integrator_lag; 63 % of that after 0.1 s.");
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
   EXPECT_NE(
-      step_sentence(model).find("63 % of that after 0.1 s by the model, in the grey part of 0.24 s: it is faster"),
+      step_sentence(model).find("63 % of that after 0.1 s by the model, in the hatched part of 0.24 s: it is faster"),
       std::string::npos)
       << step_sentence(model);
   // Where the band shows no lag, the axis reaches from its fast end to its slow one.
@@ -221,6 +221,8 @@ TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
   const double at_s = speed.x[speed.x.size() / 2];
   EXPECT_NEAR(speed.y[speed.y.size() / 2], 0.15 * (1.0 - std::exp(-at_s / 0.1)), 1e-4);
   ASSERT_EQ(figure.panels[0].shades.size(), 1U);
+  EXPECT_EQ(figure.panels[0].shades.front().look, plot::Look::hatched) << "not as the usable band of a Bode plot";
+  EXPECT_NE(figure.panels[0].shades.front().label, "");
   EXPECT_NEAR(figure.panels[0].shades.front().to, 1.0 / (2.0 * 3.14159265 * 5.0), 1e-6);
 }
 
@@ -257,7 +259,7 @@ TEST(StepFigure, SaysOfALightlyDampedPairThatItOvershootsAndNotThatItMovesOn) {
     const double overshoot = 100.0 * std::exp(-3.14159265358979 * damping / std::sqrt(1.0 - damping * damping));
     EXPECT_NE(text.find(fmt::format("it overshoots by {:.2g} %, f0 = 1.3 Hz.", overshoot)), std::string::npos)
         << damping << ": " << text;
-    EXPECT_EQ(text.find("grey part"), std::string::npos) << text;
+    EXPECT_EQ(text.find("hatched part"), std::string::npos) << text;
     if (damping < 0.02) {
       EXPECT_TRUE(step_figure({&model}, "a step").panels[0].shades.empty()) << "too short to be seen";
     }
@@ -339,6 +341,69 @@ TEST(PoleFigure, KeepsCaptionsApart) {
           << a.text << " and " << b.text;
     }
   }
+}
+
+TEST(BodeFigure, DrawsALineBeyondTheUsableBandFaintAndSaysSo) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const auto lines = [&](bool is_faint) {
+    std::vector<plot::Series> found;
+    const plot::Figure figure = bode_figure({&reported}, nullptr, "Bode plot");
+    for (const plot::Panel& panel : figure.panels) {
+      for (const plot::Series& series : panel.series) {
+        if (series.mark == plot::Mark::line && series.is_faint == is_faint) found.push_back(series);
+      }
+    }
+    return found;
+  };
+  const auto ends = [](const plot::Series& series) {
+    std::vector<double> x;
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      if (std::isfinite(series.y[i])) x.push_back(series.x[i]);
+    }
+    return std::pair(x.front(), x.back());
+  };
+  reported.model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
+  ASSERT_EQ(lines(false).size(), 2U) << "gain and phase";
+  ASSERT_EQ(lines(true).size(), 2U);
+  EXPECT_EQ(lines(false)[0].label, "io");
+  EXPECT_GE(ends(lines(false)[0]).first, 0.05 * 0.999);
+  EXPECT_LE(ends(lines(false)[0]).second, 0.65 * 1.001);
+  EXPECT_LT(ends(lines(true)[0]).first, 0.05);
+  EXPECT_GT(ends(lines(true)[0]).second, 1.0);
+  EXPECT_EQ(lines(true)[0].label, "outside the usable band");
+  const plot::Figure figure = bode_figure({&reported}, nullptr, "Bode plot");
+  ASSERT_EQ(figure.panels[0].shades.size(), 1U);
+  EXPECT_EQ(figure.panels[0].shades[0].label, "usable band");
+  reported.model.verdict->usable_band.reset();
+  EXPECT_TRUE(lines(false).empty()) << "nothing is usable";
+  EXPECT_EQ(lines(true)[0].label, "io, no usable band");
+  reported.model.verdict.reset();
+  EXPECT_TRUE(lines(true).empty()) << "nothing is known of either";
+}
+
+TEST(CorrelationPanel, HoldsTheStemOfLag0) {
+  ident::Correlation correlation;
+  correlation.lags = {0, 1, 2};
+  correlation.values = {1.0, 0.3, -0.2};
+  correlation.bound95 = 0.1;
+  correlation.bound99 = 0.13;
+  const plot::Panel panel = correlation_panel(correlation, "ACF");
+  ASSERT_TRUE(panel.y_range);
+  EXPECT_GE(panel.y_range->second, 1.0);
+}
+
+TEST(ChangesFigure, DrawsNoBarOfAChangeBeyondItsAxis) {
+  const ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "far", .before = 0.0, .after = -12.0, .std = 0.5, .half_width = 1.0, .changed = true},
+                       {.name = "near", .before = 0.0, .after = 0.5, .std = 0.5, .half_width = 1.0}};
+  change.changed = true;
+  const std::string html =
+      comparison_page({.title = "Comparison", .heading = "x"},
+                      {{.label = "base", .model = model}, {.label = "other", .model = model, .change = change}})
+          .html;
+  EXPECT_NE(html.find("↓ -12"), std::string::npos);
+  EXPECT_NE(html.find("A value beyond 10 is an arrow with its number, without a bar."), std::string::npos);
 }
 
 TEST(BodeFigure, DrawsBoundsOnlyWhereTheRecordShowsTheResponse) {
@@ -452,10 +517,12 @@ TEST(BodeFigure, SaysWhereNoiseLiesThatItsAxisDoesNotReach) {
     return labels;
   };
   EXPECT_EQ(noise_of(), 1);
-  EXPECT_NE(key().find("noise (2 of 3 lines below -"), std::string::npos) << key();
+  EXPECT_NE(key().find("noise (2 of 3 lines below the axis, at -2"), std::string::npos) << key();
   response.columns[5][0] = -200.0;
   EXPECT_EQ(noise_of(), 0);
-  EXPECT_NE(key().find("; noise below -"), std::string::npos) << key();
+  const double median_dB = *std::next(curve.gain_dB.begin()) - 200.0;
+  EXPECT_NE(key().find(fmt::format("; noise at {:.0f} dB", median_dB)), std::string::npos)
+      << "the measured median, not the end of the axis: " << key();
   // Noise that the axis holds is whole: no mark lies on its edge.
   response.columns[5] = {-30.0, -31.0, -32.0};
   const plot::Panel gain = bode_figure({&reported}, &response, "Bode plot").panels[0];
