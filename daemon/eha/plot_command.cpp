@@ -40,6 +40,7 @@
 #include "daemon/track/track_result.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -53,15 +54,16 @@ constexpr const char* kPlotFooter = R"(
 What is drawn:
   run                 over time the measured output with the recommended model and its runner-up, their errors (measured
                       less model), the input; right of a dashed line nothing was estimated, and a trip is marked
-  fit.csv             the same with the two models of least error
+  fit.csv             the same, of a table without its models beside it with the two of least error
   run of `eha track`  over time reference and rod, the error (rod less reference), the command; means over 50 ms, and
                       of a trial that tripped the readings, with the trip marked
   record              output and input over time; --period for one without times, as for `eha import`
   another table       its columns over the first one
   model               gain and phase over frequency, with 95 % bounds (narrow ones are hidden by the line) within the
-                      usable band, which is grey; the measured response and its noise if frequency_response.csv is beside
-                      it, the model behind its map at the measured lines (squares), and the measured gain over the model's
-                      on a scale of its own. Its parameters with their 95 % intervals are printed
+                      usable band, which is grey, and dotted beyond it; the measured response and its noise if
+                      frequency_response.csv is beside it, the model behind its map at the measured lines (squares), and
+                      the measured gain over the model's on a scale of its own. Its grade and its parameters with their
+                      95 % intervals are printed
   controller          over time a step on its twin: position and reference, error, command; its report has the rest
 Without -o the plot is printed in characters. Needs gnuplot (Debian package gnuplot-nox).
 Exit code 69: gnuplot is missing or failed.
@@ -122,6 +124,16 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
   if (names.empty() && !subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");
   plot::Figure figure = names.empty() ? report::record_figure(*subject.record, subject.name)
                                       : report::fit_figure(subject.fit, names, subject.split_s(), subject.name);
+  if (names.empty()) {
+    const ident::Record& record = *subject.record;
+    const double last = static_cast<double>(record.output.size() - 1);
+    report::draw_limits(subject, {record.start_s, record.start_s + last * record.step_s},
+                        {record.output.data(), static_cast<std::size_t>(record.output.size())},
+                        record.output_channel.unit, figure.panels.front());
+  } else {
+    report::draw_limits(subject, {subject.fit.time_s.front(), subject.fit.time_s.back()}, subject.fit.measured,
+                        subject.fit.output.unit, figure.panels.front());
+  }
   const auto trip_s = subject.trip_s();
   if (trip_s && !names.empty() && subject.record) report::add_rest(figure, subject.fit, *subject.record);
   if (trip_s) report::mark_trip(figure, *trip_s);
@@ -131,7 +143,9 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
 plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   const report::Subject subject = report::in_unit(report::load_models({file}), unit);
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
-  return report::bode_figure({&subject.models.front()}, response, subject.name, &subject.fit);
+  const std::optional<ident::Verdict>& verdict = subject.models.front().model.verdict;
+  const std::string grade = verdict ? fmt::format(" ({})", ident::verdict_word(*verdict)) : std::string();
+  return report::bode_figure({&subject.models.front()}, response, subject.name + grade, &subject.fit);
 }
 
 /// Draws the step of a controller's trial.
@@ -151,6 +165,39 @@ std::string title_of(const std::string& file) {
   const bool is_of_run = record::is_run_folder(folder) && !whole.empty();
   return is_of_run ? fmt::format("{}, {}", whole.filename().string(), path.filename().string())
                    : path.filename().string();
+}
+
+/// Draws the fit.csv of judged models as their report does: the recommended one and its runner-up, with the end of the
+/// estimating part; none where no model of the table is beside it.
+std::optional<plot::Figure> of_judged_table(const std::string& file, const identify::FitTable& table,
+                                            const DisplayUnit& unit) {
+  const fs::path path(file);
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (path.filename() != identify::kFitFile) return std::nullopt;
+  try {
+    std::vector<fs::path> models;
+    if (!record::is_run_folder(folder)) {
+      for (const auto& entry : fs::directory_iterator(folder)) {
+        const bool is_of_table =
+            entry.path().extension() == ".json" && table.find(entry.path().stem().string()) != nullptr;
+        if (is_of_table && entry.is_regular_file() && !entry.is_symlink()) models.push_back(entry.path());
+      }
+      if (models.empty()) return std::nullopt;
+    }
+    std::sort(models.begin(), models.end());
+    const report::Subject subject =
+        report::in_unit(models.empty() ? report::load_run(folder) : report::load_models(models), unit);
+    std::vector<std::string> names;
+    for (const report::ReportedModel* reported : subject.pictured()) {
+      if (subject.fit.find(reported->model.name) != nullptr) names.push_back(reported->model.name);
+    }
+    if (names.empty() || !subject.has_recommendation) return std::nullopt;
+    const std::string title = fmt::format("{}: {}, recommended{}", title_of(file), names.front(),
+                                          names.size() > 1 ? ", and its runner-up" : "");
+    return report::fit_figure(subject.fit, names, subject.split_s(), title);
+  } catch (const std::exception&) {
+    return std::nullopt;  // a file beside the table that is no model: the table alone is drawn
+  }
 }
 
 /// Draws fit.csv and frequency_response.csv, which have their own figures; none for another table.
@@ -180,6 +227,7 @@ std::optional<plot::Figure> of_known_table(const std::string& file, const record
     return std::nullopt;
   }
   if (subject.fit.models.empty()) return std::nullopt;
+  if (auto figure = of_judged_table(file, subject.fit, unit)) return figure;
   return report::fit_table_figure(report::in_unit(std::move(subject), unit).fit, title_of(file));
 }
 
@@ -282,24 +330,32 @@ plot::Figure figure_of(const PlotCommand& command, Console& console) {
   return of_record(command, console);
 }
 
-/// "K  0.1305 in/(V s)  (95 %: 0.1297 to 0.1313 in/(V s))" of each estimated parameter of a model file, a line each;
-/// empty for other sources.
+/// The grade and the usable band of a model file, then "K  0.1305 in/(V s)  (95 %: 0.1297 to 0.1313 in/(V s))" of each
+/// estimated parameter of a model file, a line each; empty for other sources.
 std::string parameters_text(const std::string& source, const Console& console) {
   std::error_code ignored;
   if (fs::is_directory(source, ignored) || fs::path(source).extension() != ".json") return {};
   const ident::Model model = in_unit(read_model(source), console.unit(rig_units_of_model(source)));
+  std::string grade;
+  if (model.verdict) {
+    const auto& band = model.verdict->usable_band;
+    grade = fmt::format("{}: {}; {}\n", model.name, ident::verdict_word(*model.verdict),
+                        band ? fmt::format("usable from {:.3g} to {:.3g} Hz, beyond (dotted) no record tests it",
+                                           band->lowest_Hz, band->highest_Hz)
+                             : "no usable band: no part of the picture is tested by its record");
+  }
   std::string text;
   for (const ident::ParameterEstimate& p : model.parameters) {
     if (p.fixed || !(p.std > 0.0)) continue;
     const std::string unit = ident::unit_of(p, model);
-    text += fmt::format("{:<20} {:.5g}{}  (95 %: {}{}{})\n", p.name, p.value, unit.empty() ? "" : " " + unit,
-                        ident::interval_text(p), unit.empty() ? "" : " ", unit);
+    text += fmt::format("{:<20} {}{}  (95 %: {}{}{})\n", p.name, ident::rounded_to(p.value, ident::half_width95(p)),
+                        unit.empty() ? "" : " " + unit, ident::interval_text(p), unit.empty() ? "" : " ", unit);
   }
-  if (text.empty()) return text;
+  if (text.empty()) return grade;
   const bool is_least = model.verdict && may_miss_a_part(*model.verdict);
-  return text + (is_least
-                     ? "95 %: by noise alone; a part of the plant that the model may miss adds an error of its own\n"
-                     : "");
+  return grade + text +
+         (is_least ? "95 %: by noise alone; a part of the plant that the model may miss adds an error of its own\n"
+                   : "");
 }
 
 /// What usually follows a picture of this source; empty where nothing does, as after a table of figures.

@@ -47,6 +47,24 @@ TEST(PlotCommand, FollowsNoLinkInTheFolderOfAFit) {
   }
 }
 
+TEST(PlotCommand, SaysTheGradeOfAModelAndDrawsTheRecommendedOneOfAFit) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", first_order_record(1, 2.0, 300));
+  ASSERT_EQ(run_eha({"fit", "r.csv", "--model", "io1", "--model", "lag", "-o", "m", "-q"}, folder.path()).code, 0);
+  const Ended of_model = run_eha({"plot", "m/io1.json", "-o", "p.svg"}, folder.path());
+  EXPECT_NE(of_model.out.find("io1: "), std::string::npos) << of_model.out;
+  EXPECT_NE(content_of(folder.path() / "p.svg").find(">io1 ("), std::string::npos) << "the title has the grade";
+  ASSERT_EQ(run_eha({"plot", "m/fit.csv", "-o", "f.svg"}, folder.path()).code, 0);
+  const std::string drawn = content_of(folder.path() / "f.svg");
+  EXPECT_NE(drawn.find(", recommended"), std::string::npos);
+  EXPECT_NE(drawn.find("estimated before, validated after"), std::string::npos);
+  // Without the files of its models: the table alone.
+  fs::create_directory(folder.path() / "alone");
+  fs::copy_file(folder.path() / "m/fit.csv", folder.path() / "alone/fit.csv");
+  ASSERT_EQ(run_eha({"plot", "alone/fit.csv", "-o", "g.svg"}, folder.path()).code, 0);
+  EXPECT_EQ(content_of(folder.path() / "g.svg").find("recommended"), std::string::npos);
+}
+
 TEST(PlotCommand, FollowsNoLinkOfAnotherUser) {
   const TemporaryFolder folder;
   folder.write("r.csv", first_order_record(1, 2.0, 300));
