@@ -130,7 +130,7 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
     report::draw_limits(subject, {record.start_s, record.start_s + last * record.step_s},
                         {record.output.data(), static_cast<std::size_t>(record.output.size())},
                         record.output_channel.unit, figure.panels.front());
-  } else {
+  } else if (!subject.fit.time_s.empty()) {
     report::draw_limits(subject, {subject.fit.time_s.front(), subject.fit.time_s.back()}, subject.fit.measured,
                         subject.fit.output.unit, figure.panels.front());
   }
