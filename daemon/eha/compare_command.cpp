@@ -58,6 +58,7 @@ Examples:
 struct CompareCommand {
   std::vector<std::string> sources;                    ///< run folders and records, or model files (.json)
   std::optional<ident::Intersample> intersample = {};  ///< of files
+  std::string as_given = {};                           ///< the line, quoted for a shell
   std::optional<std::filesystem::path> output = {};    ///< report (.html), or picture of the Bode plots
 };
 
@@ -210,7 +211,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<bool> takes_straight;
   std::optional<identify::Source> straight;
   for (const std::string& record : records) {
-    sources.push_back(identify::load_source(record, {}, {}, console.progress_callback()));
+    sources.push_back(identify::load_source(record, {}, {.then = command.as_given}, console.progress_callback()));
     sources.back().opened = {};  // nothing is written there, and a process has a limited number of descriptors
     if (command.intersample == ident::Intersample::straight) identify::take_input_as_straight(sources.back());
     if (command.intersample || files.empty() || sources.back().run_folder) continue;
@@ -290,7 +291,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   }
   if (command.output) {
     if (command.output->extension() == ".html") {
-      if (!sources.empty() && sources.back().run_folder) shown.findings.rig = for_a_page(console.rig());
+      if (!sources.empty()) shown.findings.rig = for_a_page(console.rig());
       const report::Page page = report::comparison_page(shown.findings, shown.subjects);
       for (const std::string& sentence : page.missing) console.warning(sentence);
       os::write_file_atomically(*command.output, page.html);
@@ -320,6 +321,7 @@ void add_compare(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
   sub->footer(kCompareFooter);
   auto& command = options_of<CompareCommand>(*sub, line);
+  command.as_given = line.as_given;
   takes_run_name(sub->add_option("sources", command.sources, "Run folders, records or model files (.json)"), line)
       ->required()
       ->expected(2, 1000)

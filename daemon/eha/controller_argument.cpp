@@ -69,7 +69,7 @@ suggest::RigAccess for_a_page(suggest::RigAccess access) {
   }
   // The page may be read when the usual names are taken: that of its controller is.
   const std::string name = access.controller.empty() ? "new" : fs::path(access.controller).stem().string();
-  access.new_rig_file = fmt::format("rig-{}.toml", name);
+  if (!access.new_rig_file.empty()) access.new_rig_file = fmt::format("rig-{}.toml", name);
   access.new_controller = access.controller.empty() ? "" : fmt::format("{}-anew.toml", name);
   return access;
 }

@@ -40,6 +40,7 @@ struct ExportCommand {
   std::string format;                                 ///< of ident::model_formats() or record::record_formats()
   std::optional<ident::FrequencyInterval> band = {};  ///< none: the model's own
   std::optional<std::filesystem::path> output = {};   ///< none: standard output
+  std::string as_given = {};                          ///< the line, quoted for a shell
 };
 
 /// Writes the text of a function, not over what no export has written. @throws UsageError
@@ -52,6 +53,18 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
                                  path.string()));
   }
   os::write_file_atomically(path, text);
+}
+
+/// Octave and MATLAB call a function by its file's name, which then has to be one. @throws UsageError
+void require_callable(const ExportCommand& command, const std::string& function) {
+  constexpr std::array<std::string_view, 3> kByFile{"octave", "matlab", "simulink"};
+  if (!command.output || std::find(kByFile.begin(), kByFile.end(), command.format) == kByFile.end()) return;
+  if (command.output->stem() == function) return;
+  const std::string other = (command.output->parent_path() / (function + ".m")).string();
+  throw UsageError(
+      fmt::format("-o {}: Octave and MATLAB call a function by the name of its file, which may have letters, digits "
+                  "and _ and begins with a letter: -o {}",
+                  command.output->string(), shell_word(other)));
 }
 
 std::string export_footer() {
@@ -70,7 +83,7 @@ std::string export_footer() {
 A model's function takes the input [input unit], one value a row, and the rows' distance [s], and gives the output; bias
 or valve map, offset and the states at the first row are included. Octave, MATLAB: y = NAME(u, step_s). Python:
 NAME(u, step_s). C: NAME_init(&model, step_s), then y = NAME_step(&model, u) for each row. NAME is the file's, else eha_ and
-the model's; the arguments' names end in their units (u_V). Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
+the model's; for Octave and MATLAB the file's name has to be that of a function; the arguments' names end in their units (u_V). Whole orders are exact for a held input. Fractional orders are replaced by a stable rational function at most
 1 % and 1 degree off over the band; the file states the error measured. Without -o the text goes to standard output.
 
 Examples:
@@ -116,6 +129,7 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   }
   // Octave and MATLAB call a function by its file's name.
   const std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + model.name);
+  require_callable(command, function);
   if (command.output && format.name == "python" && function == "io") {
     console.warning(
         "Python has a module io of its own, which `import io` gives; choose another file name: -o eha_io.py");
@@ -195,6 +209,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
     console.warning(
         "axis is a function of Octave and MATLAB, which this file would hide; another name: -o axis_control.m");
   }
+  require_callable(command, function);
   // The texts format their own numbers.
   for (const auto& [name, value] : ident::controller_numbers(exported.coefficients)) {
     if (function == name) function += "_controller";
@@ -224,7 +239,9 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
   if (!to_file && (format.name != "csv" || console.json())) {
     throw UsageError(fmt::format("--format {} needs a file: -o NAME{}", format.name, format.ending));
   }
-  const identify::Source source = identify::load_source(command.source, {});
+  const identify::Source source =
+      identify::load_source(command.source, {}, {.then = command.as_given}, console.progress_callback());
+  console.end_progress();
   for (const std::string& warning : identify::warnings(source)) console.warning(warning);
   if (!to_file) {
     record::write_record_csv(source.record, [&](std::string_view text) { console.print_content(text); });
@@ -260,6 +277,7 @@ void add_export(CLI::App& app, ParsedLine& line) {
       "export", "Write a model or a controller for another program, or a record as CSV, MAT or HDF5");
   sub->footer(export_footer());
   auto& command = options_of<ExportCommand>(*sub, line);
+  command.as_given = line.as_given;
   takes_run_name(sub->add_option("source", command.source, "Model file, controller file, run folder or record"), line)
       ->required()
       ->type_name("MODEL|CONTROLLER|RECORD|RUN");

@@ -35,7 +35,7 @@
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/identify/trip_cause.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "daemon/record/sheet_beside.hpp"
@@ -264,7 +264,6 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.set_rig(access_of_file());
   }
   suggest::RigAccess rig = console.rig();
-  if (!source.run_folder) rig.new_rig_file.clear();
   rig.fit = command_of_ladder(command);
   console.set_rig(std::move(rig));
   print_import(source.guess, source.remarks, source.repairs, console);

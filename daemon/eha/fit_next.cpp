@@ -13,7 +13,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/error_cause.hpp"
@@ -93,8 +93,7 @@ std::string command_of_ladder(const FitCommand& command) {
   const std::string ladder =
       importer::command_without(command.import, {"--model", "--structure", "--poles", "--zeros", "--delay",
                                                  "--input-map", "--fix", "--free", "--start", "--bound"});
-  const bool is_whole = ladder.empty() || ladder.find('=') != std::string::npos;  // --model=NAME
-  return is_whole ? "eha fit " + shell_word(command.source) : ladder;
+  return ladder.empty() ? "eha fit " + shell_word(command.source) : ladder;
 }
 
 std::string next_of_fit(const FitCommand& command, const Source& source, const Identification& identification,

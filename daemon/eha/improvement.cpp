@@ -35,6 +35,7 @@ namespace {
 constexpr double kLongest_s = 600.0;
 constexpr double kDuration_s = 50.0;
 constexpr double kDiscard_s = 10.0;
+constexpr double kHardly = 0.9;         // of the present standard error: a run that leaves more hardly helps
 constexpr double kWorthAChange = 1.05;  // standard error of a given experiment over the design's that replaces it
 
 using ident::Model;
@@ -244,14 +245,18 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
     console.print(fmt::format("{:g} is not reachable within these limits and {:g} s", *command.wanted_std, kLongest_s));
   }
   const bool improves = offered < now;
+  const bool hardly = improves && offered > kHardly * now;
   BetterDesign better;
-  if (!improves) {
+  if (!improves || hardly) {
     better = better_design(command, task, offered, now);
-    console.print(fmt::format("this experiment does not improve {}: {}", command.parameter, better.sentence));
+    const std::string gain = hardly ? fmt::format("hardly improves {}, by {:.2g} % of its standard error",
+                                                  command.parameter, 100.0 * (1.0 - offered / now))
+                                    : fmt::format("does not improve {}", command.parameter);
+    console.print(fmt::format("this experiment {}: {}", gain, better.sentence));
   }
   console.print(keeps_given ? fmt::format("{} is kept, no design is better by 5 %: nothing is written", path.string())
                             : fmt::format("written: {}", path.string()));
-  if (improves && is_playable(path, rig, console)) {
+  if (improves && is_playable(path, rig, console) && !(hardly && better.command)) {
     console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {path.string()}));
   }
   if (better.command) console.next_step(*better.command);

@@ -109,7 +109,11 @@ suggest::RigAccess usual_access() {
   return has_service || default_rig_moves_machine() ? access_of(DriveOptions{}) : simulated_access({});
 }
 
-suggest::RigAccess access_of_file() { return access_of(DriveOptions{}); }
+suggest::RigAccess access_of_file() {
+  suggest::RigAccess rig = access_of(DriveOptions{});
+  rig.new_rig_file.clear();
+  return rig;
+}
 
 std::string an_experiment() {
   std::vector<fs::path> folders{fs::path(EHA_DATA_DIR) / "experiments", fs::path("config") / "experiments"};

@@ -44,7 +44,8 @@ struct RunCommand;
 /// simulated one, in this process.
 [[nodiscard]] suggest::RigAccess usual_access();
 
-/// The access to the rig of a record that no run of `eha` made: that of a service. A simulated rig has another valve.
+/// The access to the rig of a record that no run of `eha` made: that of a service. A simulated rig has another valve,
+/// and whether this program drives the rig of the file is not known: its valve is measured by a record on the bench.
 [[nodiscard]] suggest::RigAccess access_of_file();
 
 /// An experiment to begin with: the shipped one. Without it a name to be replaced.

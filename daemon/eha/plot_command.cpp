@@ -26,6 +26,7 @@
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/fit_table.hpp"
 #include "daemon/identify/source.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"
@@ -358,8 +359,19 @@ std::string parameters_text(const std::string& source, const Console& console) {
                    : "");
 }
 
+/// The fit of the record that is drawn, read by the same options.
+std::string fit_of(const PlotCommand& command) {
+  constexpr std::string_view kPlot = " plot ";
+  importer::Options asked = command.import;
+  const std::size_t at = asked.command.find(kPlot);
+  if (at == std::string::npos) return "eha fit " + shell_word(command.source) + " -o models";
+  asked.command.replace(at, kPlot.size(), " fit ");
+  return importer::command_with(asked, command.source, "-o models");
+}
+
 /// What usually follows a picture of this source; empty where nothing does, as after a table of figures.
-std::string next_after_plot(const std::string& source) {
+std::string next_after_plot(const PlotCommand& command) {
+  const std::string& source = command.source;
   std::error_code ignored;
   const std::string word = shell_word(source);
   if (record::is_run_folder(source)) return report_of_run(source, "eha runs show " + word);
@@ -367,13 +379,13 @@ std::string next_after_plot(const std::string& source) {
   if (is_controller_file(source))
     return suggest::track(access_of_controller(source, config::load_controller(source)), source);
   if (fs::path(source).extension() == ".json") return "eha report " + word;
-  if (!is_own_table(source)) return "eha fit " + word + " -o models";
+  if (!is_own_table(source)) return fit_of(command);
   const record::NumberTable table = record::read_number_table(source);
   const auto has = [&](std::string_view name) {
     return std::any_of(table.names.begin(), table.names.end(),
                        [&](const std::string& n) { return n.starts_with(name); });
   };
-  return has("time_s") && has("voltage_") && has("displacement_") ? "eha fit " + word + " -o models" : std::string();
+  return has("time_s") && has("voltage_") && has("displacement_") ? fit_of(command) : std::string();
 }
 
 plot::CharacterSize terminal_size(std::size_t panels) {
@@ -406,7 +418,7 @@ ExitCode execute(const PlotCommand& given, Console& console) {
   if (!command.output) {
     console.print_content(plot::draw_in_characters(figure, terminal_size(figure.panels.size())) +
                           parameters_text(command.source, console));
-    if (const std::string next = next_after_plot(command.source); !next.empty()) console.next_step(next);
+    if (const std::string next = next_after_plot(command); !next.empty()) console.next_step(next);
     return ExitCode::ok;
   }
   os::write_file_atomically(*command.output, plot::draw(figure, format_of(*command.output)));

@@ -183,7 +183,8 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
   std::vector<replay::CalibrationRequest> requests;
   for (const std::string& text : command.calibrate) requests.push_back(request_of(text));
   const config::RigConfig rig = simulated_rig(command.rig_file);
-  const identify::Source source = identify::load_source(command.source, {});
+  const identify::Source source = identify::load_source(command.source, {}, {}, console.progress_callback());
+  console.end_progress();
   for (const std::string& warning : identify::warnings(source)) console.warning(warning);
   const ident::Record& record = source.record;
   const Eigen::VectorXd measured = replay::measured_in(record);

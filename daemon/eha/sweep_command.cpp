@@ -15,6 +15,7 @@
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/text_table.hpp"
 #include "daemon/identify/sweep.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
@@ -90,9 +91,12 @@ ExitCode sweep_commensurate_order(const FitCommand& command, const identify::Ide
   console.print_json(document);
   if (!sweep.best) return ExitCode::not_converged;
   const ident::Structure& structure = sweep.structure.structure;
-  console.next_step(fmt::format("eha fit {} --model {} --poles {} --start {}={:.4g}", shell_word(command.source),
-                                structure.family, state_count(structure), structure.base_order->key.name,
-                                sweep.points[*sweep.best].commensurate_order));
+  importer::Options asked = command.import;
+  asked.command = importer::command_without(asked, {"--sweep", "--sweep-orders", "--model", "--poles", "--start"});
+  console.next_step(importer::command_with(
+      asked, command.source,
+      fmt::format("--model {} --poles {} --start {}={:.4g}", structure.family, state_count(structure),
+                  structure.base_order->key.name, sweep.points[*sweep.best].commensurate_order)));
   return ExitCode::ok;
 }
 

@@ -157,6 +157,13 @@ fs::path rig_path(const TuneCommand& command, const ident::Model& model, const C
   }
 }
 
+/// The record of a model as a controller's file names it, so that it is found from any folder.
+std::string named_record(const std::string& record) {
+  std::error_code ignored;
+  if (record.empty()) return "unknown";
+  return fs::exists(record, ignored) ? record::resolved_path(record).string() : record;
+}
+
 /// Says that the rig file in force has another valve, or another simulated plant, than when the model's run was played.
 /// Empty: not known to.
 std::string changed_since_run(const TuneCommand& command, const ident::Model& model) {
@@ -422,7 +429,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       .rig_file = rig_file.string(),
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
       .twin = command.twin_file ? record::resolved_path(*command.twin_file).string() : inputs.twin,
-      .run = record.empty() ? "unknown" : record,
+      .run = named_record(record),
       .sheet = command.sheet_run ? record::resolved_path(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   config::ControllerConfig controller =

@@ -24,7 +24,7 @@
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/size_hint.hpp"
 #include "daemon/identify/source.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/fractional/stability.hpp"

@@ -353,6 +353,8 @@ ident::NextStep next_step_of(const Identification& identification) {
 IdentificationTask task_of(const Source& source) {
   IdentificationTask task{.record = source.record,
                           .source_name = source.name,
+                          .command = source.command,
+                          .guess = source.guess,
                           .units = source.units,
                           .cut = source.cut,
                           .frozen = source.frozen,
@@ -383,6 +385,8 @@ const IdentifiedModel* recommended_model(const Identification& identification) {
 IdentificationTask with_record(const IdentificationTask& task, const ident::Record& record) {
   return {.record = record,
           .source_name = task.source_name,
+          .command = task.command,
+          .guess = task.guess,
           .units = task.units,
           .structures = task.structures,
           .ladder = task.ladder,

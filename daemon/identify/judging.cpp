@@ -150,6 +150,9 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
   }
   model.provenance["record"] = task.source_name;
+  // With both the same rows and columns can be read again.
+  if (!task.command.empty()) model.provenance["command"] = task.command;
+  if (!task.guess.empty()) model.provenance["read_as"] = task.guess;
   model.provenance["seed"] = fmt::format("{}", task.options.seed);
   model.provenance["decimation"] = fmt::format("{}", task.options.decimation);
   if (task.intersample == ident::Intersample::straight) {

@@ -11,6 +11,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/multisine_text.hpp"
 #include "daemon/rehearsal/rehearsal.hpp"
@@ -151,12 +152,34 @@ std::string within_dead_band(const Source& source) {
   }
 }
 
+namespace {
+
+/// "the rod comes to 4.2 in, and the rig's limit is 4.2 in"; empty where it stays clear of both limits.
+std::string near_travel_limit(const Source& source, const config::RigConfig& rig) {
+  constexpr double kNearShare = 0.02;  // of the travel between the limits
+  const config::RigLimits& limits = rig.limits;
+  const DisplayUnit unit(source.units);
+  const double in = DisplayUnit("in").factor(source.record.output_channel.unit);
+  const double near_in = kNearShare * (limits.travel_max_in - limits.travel_min_in);
+  const auto text = [&](double rod_in, double limit_in) {
+    return fmt::format("the rod comes to {:.4g} {}, and the rig's limit is {:.4g} {}", unit.factor("in") * rod_in,
+                       unit.of("in"), unit.factor("in") * limit_in, unit.of("in"));
+  };
+  const double highest_in = in * source.record.output.maxCoeff();
+  const double lowest_in = in * source.record.output.minCoeff();
+  if (highest_in > limits.travel_max_in - near_in) return text(highest_in, limits.travel_max_in);
+  return lowest_in < limits.travel_min_in + near_in ? text(lowest_in, limits.travel_min_in) : std::string();
+}
+
+}  // namespace
+
 std::string at_command_limit(const Source& source) {
   constexpr double kFullShare = 0.9;
   if (source.record.input.size() == 0) return {};
   try {
     const std::optional<config::RigConfig> rig = rig_of(source);
     if (!rig) return {};
+    if (const std::string near = near_travel_limit(source, *rig); !near.empty()) return near;
     const double up = source.record.input.maxCoeff() / rig->limits.command_max_V;
     const double down = source.record.input.minCoeff() / rig->limits.command_min_V;
     if (!(std::max(up, down) >= kFullShare)) return {};

@@ -33,8 +33,8 @@ struct NextExperiment {
 /// leaves the dead band of its rig; empty for another one, and for a file.
 [[nodiscard]] std::string within_dead_band(const Source& source);
 
-/// "the volts reach 4.85 V of the rig's 5 V", of a run with less than a tenth of the command range left; empty for
-/// another one, and for a file.
+/// "the volts reach 4.85 V of the rig's 5 V", of a run with less than a tenth of the command range left, or that its
+/// rod comes to a travel limit, as where that ended it; empty for another one, and for a file.
 [[nodiscard]] std::string at_command_limit(const Source& source);
 
 /// File of the next experiment, beside the models or in the run's folder.

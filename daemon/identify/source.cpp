@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/importer/lone_rows.hpp"
@@ -79,6 +80,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                    const importer::Options& options, const importer::Progress& progress) {
   Source source;
   source.name = name;
+  source.command = importer::command_that_made(options);
   // Checked before reading the record, which may be long; checking an experiment takes no time.
   if (experiment_file) source.experiment = config::load_experiment(*experiment_file);
   std::error_code ignored;

@@ -31,6 +31,7 @@ struct Source {
   ident::Unmeasured unmeasured = {};      ///< of the rows of the run or file
   std::size_t without_input = 0;          ///< of a file: of these, the rows whose input was not measured
   std::string guess = {};                 ///< of a file: the guesses, in one line; may be empty
+  std::string command = {};               ///< of importer::command_that_made(); empty: of no command line
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
   std::string exchange = {};              ///< of a file: the options that exchange input and output

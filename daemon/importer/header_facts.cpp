@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
 
@@ -142,7 +143,7 @@ std::optional<double> period_above_rows(const std::vector<std::string>& lines, c
   return period_s;
 }
 
-void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path) {
+void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path, const Options& options) {
   const auto column = [&](std::string_view wanted) {
     const auto is_wanted = [&](const std::string& name) { return plain(name) == wanted; };
     return std::find_if(dialect.names.begin(), dialect.names.end(), is_wanted) - dialect.names.begin() + 1;
@@ -152,7 +153,7 @@ void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path) 
   const std::ptrdiff_t value = column("varvalue");
   const std::ptrdiff_t time = column("timems");
   if (name > count || value > count || time > count) return;
-  const std::string wide = shell_word(path.stem().string() + "-columns.csv");
+  const std::string wide = path.stem().string() + "-columns.csv";
   // Time_ms is a million times a spreadsheet's date in days.
   throw DataError(fmt::format(
       "{0}: a log with a row for each variable and time, where a column for each variable is expected; `awk -F'{1}' "
@@ -160,8 +161,8 @@ void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path) 
       "h=h\",\"${2}}}if(!(${4} in s)){{s[${4}]=++m;t[m]=${4}}}v[s[${4}],c[${2}]]=${3}}}"
       "END{{print\"time_s\"h;for(i=1;i<=m;i++){{r=sprintf(\"%.6f\",(t[i]-t[1])*0.0864);for(j=1;j<=n;j++)"
       "r=r\",\"v[i,j];print r}}}}' {6} > {5}` writes them, then: `{7}`",
-      path.string(), dialect.delimiter, name, value, time, wide, shell_word(path.string()),
-      fmt::format("eha import {} --resample", wide)));
+      path.string(), dialect.delimiter, name, value, time, shell_word(wide), shell_word(path.string()),
+      command_on(options, path, wide, kOfText, "--resample")));
 }
 
 }  // namespace eha::importer

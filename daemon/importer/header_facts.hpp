@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/importer/dialect.hpp"
+#include "daemon/importer/options.hpp"
 
 namespace eha::importer {
 
@@ -28,6 +29,6 @@ inline constexpr std::string_view kClosedLoopComment = "# closed loop";
 
 /// Refuses a log that has one row for each variable and time, as WinCC writes it ("VarName";"TimeString";"VarValue"),
 /// with a command that writes a column for each variable. @throws DataError
-void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path);
+void refuse_long_log(const Dialect& dialect, const std::filesystem::path& path, const Options& options);
 
 }  // namespace eha::importer

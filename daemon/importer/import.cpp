@@ -18,6 +18,7 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/lone_rows.hpp"

@@ -25,6 +25,8 @@ struct Options {
   bool keep_lone_rows = false;          ///< take rows that stand alone as measured
   /// The command that asked, quoted for a shell; refusals extend it to one that works. Empty: "eha import FILE".
   std::string command = {};
+  /// Instead of `command`: one that takes none of these options, and follows on an imported copy.
+  std::string then = {};
 };
 
 /// Called in the calling thread now and then. @param share  done so far, 0..1   @param step  "r.csv: 200000 rows"

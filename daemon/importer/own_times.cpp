@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/time_grid.hpp"
 
@@ -19,7 +20,7 @@ namespace {
 
 /// The commands that write input and output with the times of the coarser one; empty where the file is no text.
 std::string one_grid_commands(const Table& table, const TimedColumn& input, const TimedColumn& output,
-                              const std::filesystem::path& path) {
+                              const std::filesystem::path& path, const Options& options) {
   const auto form = table.text_form();
   if (!form || form->delimiter == ' ') return {};
   const std::vector<Column>& columns = table.columns();
@@ -38,26 +39,27 @@ std::string one_grid_commands(const Table& table, const TimedColumn& input, cons
   };
   const std::string there = fmt::format("n(${})", coarse.column + 1);
   const std::string between = "y[k]+(y[k+1]-y[k])*(s-t[k])/(t[k+1]-t[k])";
-  const std::string wide = shell_word(path.stem().string() + "-columns.csv");
+  const std::string wide = path.stem().string() + "-columns.csv";
   const std::string file = shell_word(path.string());
   const std::string rows_of = fmt::format("FNR>={}&&$", form->first_data_line);
   return fmt::format(
       "`awk -F'{}' 'function n(x){{gsub(/\"/,\"\",x);{}return "
       "x+0}}NR==FNR{{if({}{}!=\"\"){{t[++m]={};y[m]=n(${})}}next}}"
       "FNR==1{{k=1;print \"time_s,{},{}\"}}{}{}!=\"\"{{s={};while(k<m-1&&t[k+1]<=s)k++;if(s>=t[1]&&s<=t[m])"
-      "printf \"%.9g,%.9g,%.9g\\n\",s,{},{}}}' {} {} > {}`, then: `eha import {}`",
+      "printf \"%.9g,%.9g,%.9g\\n\",s,{},{}}}' {} {} > {}`, then: `{}`",
       form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter),
       form->decimal == ',' ? "gsub(/,/,\".\",x);" : "", rows_of, fine.time + 1, time(fine), fine.column + 1,
       name(input, "input"), name(output, "output"), rows_of, coarse.time + 1, time(coarse),
-      is_output_coarser ? between : there, is_output_coarser ? there : between, file, file, wide, wide);
+      is_output_coarser ? between : there, is_output_coarser ? there : between, file, file, shell_word(wide),
+      command_on(options, path, wide, kOfReading));
 }
 
 }  // namespace
 
 void refuse_two_grids(const Table& table, const TimedColumn& input, const TimedColumn& output, const std::string& why,
-                      const std::filesystem::path& path) {
+                      const std::filesystem::path& path, const Options& options) {
   const std::vector<Column>& columns = table.columns();
-  const std::string onto_one_grid = one_grid_commands(table, input, output, path);
+  const std::string onto_one_grid = one_grid_commands(table, input, output, path, options);
   throw DataError(fmt::format(
       "{}: {} has the time {} and {} has {}, and {}; {}", path.string(), described(columns, input.column),
       described(columns, input.time), described(columns, output.column), described(columns, output.time), why,
@@ -79,7 +81,7 @@ std::string take_output_times(Rows& rows, const Table& table, const Roles& roles
   const double later_s = own.front() * unit_s - time_s.front();
   const double digit_s = 1.01 * std::pow(10.0, -rows.time_decimals);
   const auto refuse = [&](const std::string& why) {
-    refuse_two_grids(table, {*roles.time, roles.input}, {*roles.output_time, *roles.output}, why, path);
+    refuse_two_grids(table, {*roles.time, roles.input}, {*roles.output_time, *roles.output}, why, path, options);
   };
   if (!(std::abs(later_s) < step_s))
     refuse(fmt::format("they begin {:.6g} s apart, more than a step", std::abs(later_s)));

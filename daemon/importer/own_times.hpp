@@ -15,7 +15,7 @@ namespace eha::importer {
 /// the file is text. @throws DataError
 /// @param why  "their steps are 0.01 s and 0.002 s"
 [[noreturn]] void refuse_two_grids(const Table& table, const TimedColumn& input, const TimedColumn& output,
-                                   const std::string& why, const std::filesystem::path& path);
+                                   const std::string& why, const std::filesystem::path& path, const Options& options);
 
 /// Takes the output's own times, the last column, out of the rows, and checks that they are on the input's grid or
 /// beside it by the same part of a step. @returns  how far; empty: on it

@@ -14,6 +14,7 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/time_grid.hpp"
 
@@ -74,17 +75,17 @@ void refuse_slower_output(const Table& table, const Roles& roles, const std::fil
   const auto form = table.text_form();
   const auto every = every_nth(table.columns()[*roles.output].sample);
   if (options.resample || !form || form->delimiter == ' ' || !every) return;
-  const std::string rows = shell_word(path.stem().string() + "-rows" + path.extension().string());
+  const std::string rows = path.stem().string() + "-rows" + path.extension().string();
   throw DataError(fmt::format(
       "{}: column {} has a value in every {}{} row only; `awk -F'{}' 'NR<{}||${}~/[0-9]/' {} > {}` keeps these rows, "
-      "then: `eha import {}`; --resample would fill the others, and a record that is filled for the most part has no "
+      "then: `{}`; --resample would fill the others, and a record that is filled for the most part has no "
       "model",
       path.string(), described(table.columns(), *roles.output), *every,
       *every == 2   ? "nd"
       : *every == 3 ? "rd"
                     : "th",
       form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), form->first_data_line, *roles.output + 1,
-      shell_word(path.string()), rows, rows));
+      shell_word(path.string()), shell_word(rows), command_on(options, path, rows)));
 }
 
 void refuse_exchanged(const ident::Record& record, const Roles& roles, const std::filesystem::path& path,

@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "core/text.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/own_times.hpp"
@@ -129,11 +130,12 @@ class Finder {
   [[nodiscard]] std::string two_files(const std::vector<std::size_t>& left) const {
     const auto form = table_.text_form();
     if (left.size() != 1 || !form || form->delimiter == ' ') return {};
-    const std::string both = shell_word(file_.stem().string() + "-both.csv");
+    const std::string both = file_.stem().string() + "-both.csv";
     return fmt::format(
         "; where the other one is in a file of its own: `paste -d'{}' {} OTHER | tr -d '\\r' > {}`, then "
-        "`eha import {}`",
-        form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), shell_word(path_), both, both);
+        "`{}`",
+        form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), shell_word(path_), shell_word(both),
+        command_on(options_, file_, both));
   }
 
   /// Names in messages and in the files written must tell the columns apart.
@@ -357,7 +359,8 @@ class Finder {
     const double output_step_s = step_s(other, output_time_unit_s(columns_, roles, file_, options_));
     if (std::abs(input_step_s - output_step_s) <= kOnGrid * input_step_s) return;
     refuse_two_grids(table_, {*roles.time, roles.input}, {other, *roles.output},
-                     fmt::format("their steps are {:.6g} s and {:.6g} s", input_step_s, output_step_s), file_);
+                     fmt::format("their steps are {:.6g} s and {:.6g} s", input_step_s, output_step_s), file_,
+                     options_);
   }
 
   [[nodiscard]] int strength_sum(const std::vector<std::size_t>& of) const {

@@ -7,8 +7,6 @@
 #include <array>
 #include <cctype>
 #include <fstream>
-#include <iterator>
-#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -18,6 +16,7 @@
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/importer/array_table.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/text_table.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -104,22 +103,6 @@ bool is_mat4(const std::filesystem::path& path, std::string_view beginning) {
   return ending == ".mat" && beginning.find('\0') != std::string_view::npos;
 }
 
-/// Erases " --name VALUE" from a command of a shell, of which the value may be within quotation marks, or " --name".
-void erase_option(std::string& command, const std::string& name, bool has_value) {
-  const std::size_t begin = (command + " ").find(" " + name + " ");
-  if (begin == std::string::npos) return;
-  std::size_t end = begin + 1 + name.size();
-  if (has_value) ++end;
-  for (bool is_quoted = false; has_value && end < command.size() && (is_quoted || command[end] != ' '); ++end) {
-    if (!is_quoted && command[end] == '\\') {
-      ++end;
-    } else if (command[end] == '\'') {
-      is_quoted = !is_quoted;
-    }
-  }
-  command.erase(begin, std::min(end, command.size()) - begin);
-}
-
 }  // namespace
 
 std::size_t Rows::line_of(std::size_t row) const {
@@ -148,33 +131,6 @@ std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Optio
   }
   if (is_mat4(path, beginning)) return open_mat(path, options);
   return open_text(path, options);
-}
-
-std::string command_with(const Options& options, const std::filesystem::path& path, const std::string& extra) {
-  std::string command =
-      options.command.empty() ? fmt::format("eha import {}", shell_word(path.string())) : options.command;
-  // What was given before for the same option no longer counts.
-  std::istringstream stream(extra);
-  const std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i].starts_with("--")) {
-      erase_option(command, words[i], i + 1 < words.size() && !words[i + 1].starts_with("--"));
-    }
-  }
-  // After a `--` an option would be an argument.
-  const std::size_t end = command.find(" -- ");
-  return command.insert(std::min(end, command.size()), " " + extra);
-}
-
-std::string command_without(const Options& options, const std::vector<std::string>& names) {
-  std::string command = options.command;
-  for (const std::string& name : names) {
-    for (std::size_t before = 0; before != command.size();) {  // it may be repeated
-      before = command.size();
-      erase_option(command, name, true);
-    }
-  }
-  return command;
 }
 
 std::string period_options(const RowPeriod& period, double unit_s) {

@@ -114,14 +114,6 @@ class Table {
 /// @throws IoError, PermissionError
 [[nodiscard]] std::unique_ptr<Table> open_table(const std::filesystem::path& path, const Options& options);
 
-/// The command that asked, by default `eha import FILE`, with further options at its end, in place of the same ones
-/// before. @param extra  such as "--input 2"
-[[nodiscard]] std::string command_with(const Options& options, const std::filesystem::path& path,
-                                       const std::string& extra);
-
-/// The command without some of its options that have a value, however often; one given as --name=VALUE stays.
-[[nodiscard]] std::string command_without(const Options& options, const std::vector<std::string>& names);
-
 /// The options that take the rows of a clock as even: "--period 0.01", and --from and --to where it pauses.
 /// @param unit_s  of the clock [s]
 [[nodiscard]] std::string period_options(const RowPeriod& period, double unit_s = 1.0);

@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/csv_fields.hpp"
@@ -100,7 +101,7 @@ class TextTable final : public Table {
         dialect_.is_record_format &&
         std::any_of(first.begin(), first.begin() + static_cast<std::ptrdiff_t>(dialect_.header_line), is_said);
     if (!dialect_.is_record_format) {
-      refuse_long_log(dialect_, path);
+      refuse_long_log(dialect_, path, options);
       told_period_s_ = period_above_rows(first, dialect_);
     }
     columns_ = named_columns(dialect_, lines_, path);
@@ -318,13 +319,13 @@ class TextTable final : public Table {
     for (const Column& column : columns_) {
       const std::size_t arrow = column.sampled_text.find(kArrow);
       if (arrow == std::string::npos || !clock_seconds(column.sampled_text.substr(0, arrow))) continue;
-      const std::string columns = shell_word(path_.stem().string() + "-columns" + path_.extension().string());
-      throw DataError(
-          fmt::format("{}: \"{}\" is a time and a value in one column; `sed 's/ -> /{}/' {} > {}` parts them, then: "
-                      "`eha import {}`",
-                      path_.string(), readable(column.sampled_text, kLongestShown),
-                      dialect_.delimiter == '\t' ? "\\t" : std::string(1, dialect_.delimiter),
-                      shell_word(path_.string()), columns, columns));
+      const std::string columns = path_.stem().string() + "-columns" + path_.extension().string();
+      throw DataError(fmt::format(
+          "{}: \"{}\" is a time and a value in one column; `sed 's/ -> /{}/' {} > {}` parts them, then: "
+          "`{}`",
+          path_.string(), readable(column.sampled_text, kLongestShown),
+          dialect_.delimiter == '\t' ? "\\t" : std::string(1, dialect_.delimiter), shell_word(path_.string()),
+          shell_word(columns), command_on(options_, path_, columns, kOfColumns)));
     }
   }
 
@@ -384,6 +385,22 @@ class TextTable final : public Table {
            });
   }
 
+  /// The command on the rows behind a line: they may be without the names, and without a clock begin at 0.
+  [[nodiscard]] std::string command_of_rest(const std::string& rest, const Selection& selection) const {
+    std::string numbers;
+    const auto number = [&](const char* option, const std::optional<std::string>& given, std::size_t at) {
+      if (given && at < selection.columns.size()) {
+        numbers += fmt::format("{}{} {}", numbers.empty() ? "" : " ", option, selection.columns[at] + 1);
+      }
+    };
+    const std::size_t first = selection.has_time ? 1 : 0;
+    if (selection.has_time) number("--time", options_.time, 0);
+    number("--input", options_.input, first);
+    number("--output", options_.output, first + 1);
+    static const std::vector<std::string> kOfRows{"--from", "--to"};
+    return command_on(options_, path_, rest, selection.has_time ? std::vector<std::string>() : kOfRows, numbers);
+  }
+
   /// Commands for the rows before and behind a line of words, such as a second header or "Minimum". None for a row with
   /// a fault in it.
   [[nodiscard]] std::string parts_beside(const std::string& line, CsvFields& fields, const Selection& selection,
@@ -407,8 +424,8 @@ class TextTable final : public Table {
     }
     if (count < 2) return text;
     const std::string rest = path_.stem().string() + "-rest" + path_.extension().string();
-    return text + fmt::format("; the {} rows behind it: `tail -n +{} {} > {}`, then `eha import {}`", count, at,
-                              shell_word(path_.string()), shell_word(rest), shell_word(rest));
+    return text + fmt::format("; the {} rows behind it: `tail -n +{} {} > {}`, then `{}`", count, at,
+                              shell_word(path_.string()), shell_word(rest), command_of_rest(rest, selection));
   }
 
   double number(const CsvFields& fields, const Selection& selection, std::size_t i, Rows& rows) {

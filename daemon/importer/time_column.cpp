@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/roles.hpp"

@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/time_text.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "ident/record.hpp"
 

@@ -87,7 +87,7 @@ struct ComparisonFindings {
   bool is_one_record = false;  ///< models on one record, whose output is drawn once
   std::vector<std::string> sentences = {};
   std::string to_do = {};                      ///< beside that of the changes; empty: nothing to say
-  std::optional<suggest::RigAccess> rig = {};  ///< how that of the last run is reached; none: of no run
+  std::optional<suggest::RigAccess> rig = {};  ///< how that of the last record is reached; none: of models alone
 };
 
 /// Returns distinct short names of runs, records and model files: a run's folder, a file's name without its ending,

@@ -100,6 +100,18 @@ TEST(ExportCommand, WritesARecordInEveryForm) {
   }
 }
 
+TEST(ExportCommand, RefusesAFileThatOctaveCannotCall) {
+  const TemporaryFolder folder;
+  folder.write("io.json", kWhole);
+  for (const auto& [file, callable] : {std::pair{"my-plant.m", "my_plant.m"}, {"2plant.m", "model_2plant.m"}}) {
+    const Ended ended = run_eha({"export", "io.json", "--format", "octave", "-o", file}, folder.path());
+    EXPECT_EQ(ended.code, 2) << ended.err;
+    EXPECT_NE(ended.err.find(fmt::format("-o {}\n", callable)), std::string::npos) << ended.err;
+    EXPECT_EQ(run_eha({"export", "io.json", "--format", "octave", "-o", callable}, folder.path()).code, 0);
+    EXPECT_EQ(run_eha({"export", "io.json", "--format", "json", "-o", file}, folder.path()).code, 0);
+  }
+}
+
 TEST(ExportCommand, RefusesWhatHasNoForm) {
   const TemporaryFolder folder;
   folder.write("io.json", kWhole);

@@ -47,6 +47,16 @@ IdentificationTask task_with_one_pole(const Source& source) {
   return task;
 }
 
+TEST(Identify, KeepsInTheProvenanceHowTheRecordWasRead) {
+  Source source = lag_source();
+  source.command = "eha fit lag.csv --period 0.01 --to 30";
+  source.guess = "lag.csv: commas; input 1 \"u\", output 2 \"y\"";
+  const Identification found = identify(source, task_with_one_pole(source), {});
+  const auto& provenance = found.models.at(0).result.model.provenance;
+  EXPECT_EQ(provenance.at("command"), source.command);
+  EXPECT_EQ(provenance.at("read_as"), source.guess);
+}
+
 TEST(ExitCodeOfModels, TellsAcceptedRejectedAndUnconverged) {
   EXPECT_EQ(exit_code({model_that(Came::rejected), model_that(Came::accepted)}), ExitCode::ok);
   EXPECT_EQ(exit_code({model_that(Came::rejected), model_that(Came::unconverged)}), ExitCode::model_rejected);

@@ -162,6 +162,8 @@ TEST(LongerExperiment, HasGreaterTonesWhereTheVoltsHardlyLeaveTheDeadBand) {
 TEST(CommandLimit, IsNamedWhereItLeavesNoRoomForLargerAmplitudes) {
   Source source = source_with(kExperiment);
   source.record.input = Eigen::VectorXd::Constant(8, 4.85);
+  source.record.output = Eigen::VectorXd::Constant(8, 2.95);
+  source.record.output_channel.unit = "in";
   EXPECT_EQ(at_command_limit(source), "") << "a rig that is not known";
   source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
   EXPECT_EQ(at_command_limit(source), "the volts reach 4.85 V of the rig's 5 V");
@@ -169,6 +171,13 @@ TEST(CommandLimit, IsNamedWhereItLeavesNoRoomForLargerAmplitudes) {
   EXPECT_EQ(at_command_limit(source), "the volts reach -4.85 V of the rig's -5 V");
   source.record.input *= 0.5;
   EXPECT_EQ(at_command_limit(source), "");
+  source.record.output[7] = 5.748;
+  EXPECT_EQ(at_command_limit(source), "the rod comes to 5.748 in, and the rig's limit is 5.75 in")
+      << "as where the limit ended the run";
+  source.units = "mm";
+  source.record.output *= 25.4;
+  source.record.output_channel.unit = "mm";
+  EXPECT_TRUE(at_command_limit(source).starts_with("the rod comes to 146 mm")) << at_command_limit(source);
 }
 
 TEST(LongerExperiment, EndsAtSixteenRepetitionsAndNeedsAnExperiment) {

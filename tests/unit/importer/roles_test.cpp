@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
@@ -189,6 +190,24 @@ TEST(Command, HasEachOptionOnce) {
   EXPECT_EQ(with("eha fit r.csv --input 2 --output 3", "--input 3 --output 2"), "eha fit r.csv --input 3 --output 2");
   EXPECT_EQ(with("eha fit --input 'a '\\''b' --to 5 -- -r.csv", "--input 3"), "eha fit --to 5 --input 3 -- -r.csv");
   EXPECT_EQ(with("eha fit r.csv --resample --to 5", "--resample"), "eha fit r.csv --to 5 --resample");
+  EXPECT_EQ(with("eha fit r.csv --to=5 --from=1", "--to 9"), "eha fit r.csv --from=1 --to 9");
+}
+
+TEST(Command, OfOneWithoutTheseOptionsFollowsOnAnImportedCopy) {
+  const Options options{.then = "eha compare a.csv 'b c.csv' -o x.html"};
+  EXPECT_EQ(command_with(options, "b c.csv", "--resample"),
+            "eha import 'b c.csv' --resample -o 'b c-record.csv' && eha compare a.csv 'b c-record.csv' -o x.html");
+  EXPECT_EQ(command_on(options, "a.csv", "a-rest.csv"), "eha compare a-rest.csv 'b c.csv' -o x.html");
+}
+
+TEST(Command, OnAFileThatWasMadeOfTheNamedOneKeepsWhatHoldsForIt) {
+  const Options options{.command = "eha fit r.txt --delimiter tab --input u --to 9 --units mm -o m"};
+  EXPECT_EQ(command_on(options, "r.txt", "r-columns.csv", kOfText),
+            "eha fit r-columns.csv --input u --to 9 --units mm -o m");
+  EXPECT_EQ(command_on(options, "r.txt", "r-rest.txt", {}, "--input 2"),
+            "eha fit r-rest.txt --delimiter tab --to 9 --units mm -o m --input 2");
+  EXPECT_EQ(command_on({}, "r.txt", "r-rest.txt"), "eha import r-rest.txt");
+  EXPECT_EQ(command_that_made({.command = "eha fit r.txt --to 9 -o 'm 1' --json -v"}), "eha fit r.txt --to 9");
 }
 
 TEST(Units, OfTimeAreConvertedAndOthersKept) {
