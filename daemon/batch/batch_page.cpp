@@ -277,9 +277,14 @@ report::Page page_of(const Table& table, const std::string& next) {
   }
   report::Section failures{.title = "Not judged"};
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});
+  std::vector<std::vector<std::string>> sources;
+  for (const Row& row : table.rows) sources.push_back({row.record.id, row.record.source});
+  report::Section provenance{.title = "Provenance", .folded = true};
+  provenance.items.push_back(
+      {.heading = "", .html = report::table({{"record"}, {"file or run", report::Column::wide_text}}, sources)});
   const std::size_t failed = table.rows.size() - table.judged - table.missing;
   return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed, next),
-                           {records, failures, models, parameters});
+                           {records, failures, models, parameters, provenance});
 }
 
 }  // namespace eha::batch

@@ -59,7 +59,10 @@ nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident
                           {"follows", p.follows},
                           {"changed", p.changed}});
   }
-  return {{"changed", change.changed}, {"parameters", parameters}, {"undetermined", change.undetermined}};
+  return {{"changed", change.changed},
+          {"parameters", parameters},
+          {"undetermined", change.undetermined},
+          {"other_unit", change.other_unit}};
 }
 
 std::string change_sentences(const ident::PlantChange& change, const ident::Model& model, Shows shows) {
@@ -79,6 +82,7 @@ std::string change_sentences(const ident::PlantChange& change, const ident::Mode
   for (const ParameterChange& p : change.parameters) {
     if (const std::string hidden = ident::hidden_sentence(p, model); !hidden.empty()) text += "  " + hidden + "\n";
   }
+  for (const std::string& name : change.other_unit) text += "  " + ident::other_unit_sentence(name) + "\n";
   for (const std::string& name : change.undetermined) text += "  " + name + " is not determined by both records\n";
   return text;
 }

@@ -20,6 +20,8 @@
 #include "daemon/track/track_result.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/verdict.hpp"
+#include "ident/validation/verdict_phrases.hpp"
+#include "ident/valve/leak.hpp"
 
 namespace eha::cli {
 namespace {
@@ -36,6 +38,15 @@ void add_measured(std::vector<std::vector<std::string>>& rows, const Json& sheet
                   fmt::format("{:.2g}", factor * found->at("half_width95").get<double>()), unit_text});
 }
 
+/// The leak that the numbers of a valve sheet show, as the sheet itself says it.
+std::optional<ident::Leak> leak_in(const Json& sheet) {
+  const auto value = [&](const char* key) {
+    const auto found = sheet.find(key);
+    return found != sheet.end() && found->is_object() ? found->value("value", 0.0) : 0.0;
+  };
+  return ident::leak_of(value("creep_in_per_s"), value("gain_positive_in_per_V_s"), value("gain_negative_in_per_V_s"));
+}
+
 std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
   const std::string gain_unit = unit.of("in/(V s)");
@@ -45,8 +56,10 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   add_measured(rows, sheet, "gain_positive_in_per_V_s", "velocity gain extending", gain_unit.c_str(), gain);
   add_measured(rows, sheet, "gain_negative_in_per_V_s", "velocity gain retracting", gain_unit.c_str(), gain);
   const std::string speed_unit = unit.of("in/s");
-  add_measured(rows, sheet, "creep_in_per_s", "speed within the dead band (leak)", speed_unit.c_str(),
-               unit.factor("in/s"));
+  add_measured(
+      rows, sheet, "creep_in_per_s",
+      leak_in(sheet) ? "speed within the dead band: a leak" : "speed within the dead band, too slow for a leak",
+      speed_unit.c_str(), unit.factor("in/s"));
   return report::table({{"valve"}, {"value", report::Column::number}, {"+- (95 %)", report::Column::number}, {"unit"}},
                        rows) +
          report::paragraph(
@@ -111,9 +124,12 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
   }
   std::string html = report::paragraph(text + ".") + report::equation(shown);
   if (shown.verdict && shown.verdict->grade != ident::Grade::good) {
+    // In few words: what to do about them is done, the valve sheet before the record and the trial after it.
+    std::vector<std::string> reasons;
+    for (const std::string& reason : shown.verdict->reasons) reasons.push_back(ident::in_few_words(reason));
     html += report::paragraph("The model is " + std::string(ident::verdict_word(*shown.verdict)) +
                               ", not good; the controller's trial shows what that is worth:") +
-            report::list(shown.verdict->reasons);
+            report::list(reasons);
   }
   return html;
 }

@@ -16,6 +16,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/comparison_answer.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/exported_origin.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -292,6 +293,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   if (command.output) {
     if (command.output->extension() == ".html") {
       if (!sources.empty()) shown.findings.rig = for_a_page(console.rig());
+      for (const std::string& source : command.sources) shown.findings.sources.push_back(source_line(source));
       const report::Page page = report::comparison_page(shown.findings, shown.subjects);
       for (const std::string& sentence : page.missing) console.warning(sentence);
       os::write_file_atomically(*command.output, page.html);

@@ -32,8 +32,8 @@ std::string table_of(const report::ComparedSubject& first, const report::Compare
   std::vector<std::vector<std::string>> rows;
   for (const ParameterChange& p : subject.change->parameters) {
     const ident::DifferenceText text = ident::difference_text(p.after - p.before, p.half_width);
-    rows.push_back({p.name, ident::value_text(p.name, p.before, first.model, p.half_width),
-                    ident::value_text(p.name, p.after, model, p.half_width), text.difference, text.half_width,
+    rows.push_back({p.name, ident::value_text(p.name, p.before, first.model, text.resolution),
+                    ident::value_text(p.name, p.after, model, text.resolution), text.difference, text.half_width,
                     ident::unit_of(p, model), report::change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -393,7 +393,8 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   out.findings.title = "Comparison of models";
   out.findings.is_alike = true;
   for (std::size_t i = 1; i < models.size(); ++i) {
-    const ident::PlantChange change = ident::compare_parameters(models.front(), models[i], level);
+    const ident::PlantChange change = ident::without_other_units(
+        ident::compare_parameters(models.front(), models[i], level), models.front(), models[i]);
     out.models.emplace_back(titles[i], &models[i]);
     out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
@@ -406,12 +407,12 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     }
     out.text += fmt::format("{} and {}: {}{}\n", files.front(), files[i],
                             are_of_one_record ? "two models of one record, so of one plant; " : "",
-                            change.parameters.empty() ? "no parameter of both is estimated"
+                            change.parameters.empty() ? "no parameter of both is estimated in one unit"
                             : change.changed          ? "the parameters differ"
                                                       : "no difference found");
-    if (!change.parameters.empty())
-      out.text +=
-          change_sentences(change, models[i], shows) + table_of(out.subjects.front(), out.subjects.back(), shows);
+    if (!change.parameters.empty() || !change.other_unit.empty())
+      out.text += change_sentences(change, models[i], shows);
+    if (!change.parameters.empty()) out.text += table_of(out.subjects.front(), out.subjects.back(), shows);
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
   }
   out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";

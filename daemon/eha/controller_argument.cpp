@@ -11,6 +11,7 @@
 
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
+#include "core/os/written_at.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/drive_options.hpp"
@@ -80,6 +81,11 @@ std::string rig_units_of_controller(const config::ControllerConfig& controller) 
   } catch (const Error&) {
     return {};
   }
+}
+
+std::string written_words(const fs::path& file) {
+  const std::string written = os::written_at({file});
+  return written.empty() ? std::string() : ", written " + written + " UTC";
 }
 
 tune::ControllerSubject controller_subject(config::ControllerConfig controller) {

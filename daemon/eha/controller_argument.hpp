@@ -10,6 +10,9 @@ namespace eha::cli {
 /// Whether a command line names a controller file. @throws ConfigError  a TOML file that cannot be read
 [[nodiscard]] bool is_controller_file(const std::string& path);
 
+/// ", written 2026-01-31 14:05 UTC" of a controller's file; empty where that is not known.
+[[nodiscard]] std::string written_words(const std::filesystem::path& file);
+
 /// Returns the controller with its model, rig and a trial on its twin, if these files are unchanged.
 /// @throws ConfigError, IoError, PermissionError
 [[nodiscard]] tune::ControllerSubject controller_subject(config::ControllerConfig controller);

@@ -18,6 +18,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/exported_origin.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -124,8 +125,10 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", command.source, error.what()));
   }
+  exported.origin.push_back(file_line(command.source));
   if (!exported.rejected_for.empty()) {
-    console.warning(fmt::format("{}: the model was rejected: {}", command.source, exported.rejected_for.front()));
+    console.warning(
+        fmt::format("{}: the model is {}: {}", command.source, exported.verdict, exported.rejected_for.front()));
   }
   // Octave and MATLAB call a function by its file's name.
   const std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + model.name);
@@ -204,6 +207,7 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
       .notes = {},
       .length_unit = unit.of("in")};
   exported.notes = ident::controller_notes(exported.coefficients, controller.name, exported.length_unit);
+  for (const std::string& line : origin_lines(command.source, controller, unit)) exported.notes.push_back(line);
   std::string function = identifier(command.output ? command.output->stem().string() : "eha_" + controller.name);
   if ((command.format == "octave" || command.format == "simulink") && function == "axis") {
     console.warning(
@@ -239,9 +243,16 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
   if (!to_file && (format.name != "csv" || console.json())) {
     throw UsageError(fmt::format("--format {} needs a file: -o NAME{}", format.name, format.ending));
   }
-  const identify::Source source =
+  identify::Source source =
       identify::load_source(command.source, {}, {.then = command.as_given}, console.progress_callback());
   console.end_progress();
+  // A file for programs keeps the record's unit, unless another one was asked for.
+  const DisplayUnit unit = console.unit();
+  for (auto [values, channel] : {std::pair(&source.record.input, &source.record.input_channel),
+                                 std::pair(&source.record.output, &source.record.output_channel)}) {
+    *values *= unit.factor(channel->unit);
+    channel->unit = unit.of(channel->unit);
+  }
   for (const std::string& warning : identify::warnings(source)) console.warning(warning);
   if (!to_file) {
     record::write_record_csv(source.record, [&](std::string_view text) { console.print_content(text); });

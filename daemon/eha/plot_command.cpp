@@ -77,7 +77,8 @@ Examples:
   eha plot axis.toml -o step.svg)";
 
 struct PlotCommand {
-  std::string source;                                ///< run folder, CSV, model or controller file
+  std::string source = {};                           ///< run folder, CSV, model or controller file
+  std::vector<std::string> sources = {};             ///< as typed; one alone is drawn
   importer::Options import = {};                     ///< of a record of another program
   std::optional<std::filesystem::path> output = {};  ///< none: in characters on standard output
 };
@@ -273,25 +274,47 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name,
   return figure;
 }
 
-/// Whether a CSV file is one that eha writes: its first column is known, so it needs no importer.
-bool is_own_table(const std::string& file) {
+/// The first line of a CSV file that is no comment; empty where it cannot be read.
+std::string header_of(const std::string& file) {
+  constexpr std::size_t kEnough = 4096;
   std::string head;
   try {
     os::read_in_pieces(file, [&](std::string_view piece) {
-      if (head.size() < 4096) head += piece.substr(0, 4096);
+      if (head.size() < kEnough) head += piece.substr(0, kEnough);
     });
   } catch (const Error&) {
-    return false;
+    return {};
   }
   for (std::size_t at = 0; at < head.size();) {
     const std::size_t end = std::min(head.find('\n', at), head.size());
-    if (head[at] != '#') {
-      const std::string_view line = std::string_view(head).substr(at, end - at);
-      return line.starts_with("time_s,") || line.starts_with("frequency_Hz,") || line.starts_with("q,");
-    }
+    if (head[at] != '#') return head.substr(at, end - at);
     at = end + 1;
   }
-  return false;
+  return {};
+}
+
+/// Whether a CSV file is one that eha writes: its first column is known, so it needs no importer.
+bool is_own_table(const std::string& file) {
+  const std::string header = header_of(file);
+  return header.starts_with("time_s,") || header.starts_with("frequency_Hz,") || header.starts_with("q,");
+}
+
+/// Refuses a table of figures that eha writes for a spreadsheet: it has no curve, and its rows would be taken for those
+/// of a record. @throws DataError
+void require_curves(const std::string& file) {
+  const std::string header = header_of(file);
+  if (header.starts_with("record,source,model,")) {
+    throw DataError(
+        fmt::format("{}: a table of `eha batch`, a row a model, without curves; report.html of that folder draws its "
+                    "parameters over the records",
+                    file));
+  }
+  if (header.starts_with("part,figure,value,")) {
+    throw DataError(
+        fmt::format("{}: a table of figures of an axis, without curves; `eha plot` of its run or of the controller's "
+                    "file (.toml) draws the axis",
+                    file));
+  }
 }
 
 /// Draws a record of another program, or a part of one.
@@ -321,6 +344,7 @@ plot::Figure figure_of(const PlotCommand& command, Console& console) {
   if (fs::is_directory(source, ignored)) return of_run(source, console);
   if (is_controller_file(source)) return of_controller(source, console);
   if (fs::path(source).extension() == ".json") return of_model(source, console.unit(rig_units_of_model(source)));
+  if (fs::is_regular_file(source, ignored)) require_curves(source);  // a pipe is read once
   if (is_own_table(source)) {
     const record::NumberTable table = record::read_number_table(source);
     const std::string rig_units = rig_units_of_model(source);
@@ -410,8 +434,20 @@ PlotCommand as_meant(PlotCommand command) {
   return command;
 }
 
+/// @throws UsageError  several are named
+void require_one(const std::vector<std::string>& sources) {
+  if (sources.size() < 2) return;
+  std::string all;
+  for (const std::string& source : sources) all += shell_word(source) + " ";
+  throw UsageError(fmt::format(
+      "one picture is of one source, {} are named; models, runs or records over one another: `eha compare {}-o {}`",
+      sources.size(), all, shell_word(free_name("compared.svg"))));
+}
+
 ExitCode execute(const PlotCommand& given, Console& console) {
-  const PlotCommand command = as_meant(given);
+  PlotCommand command = as_meant(given);
+  require_one(command.sources);
+  command.source = command.sources.front();
   // Checked before the file is read, which may take a while.
   if (command.output) static_cast<void>(format_of(*command.output));
   const plot::Figure figure = figure_of(command, console);
@@ -435,8 +471,8 @@ void add_plot(CLI::App& app, ParsedLine& line) {
       app.add_subcommand("plot", "Plot a run, a record, a model or a controller, on the terminal or into a file");
   sub->footer(kPlotFooter);
   auto& plot = options_of<PlotCommand>(*sub, line);
-  takes_run_name(sub->add_option("source", plot.source, "Run folder, CSV file, model file (JSON) or controller file"),
-                 line)
+  takes_run_name(
+      sub->add_option("source", plot.sources, "One run folder, CSV file, model file (JSON) or controller file"), line)
       ->required()
       ->type_name("RUN|CSV|MODEL|CONTROLLER");
   add_import_options(*sub, line, plot.import, ImportedColumns::record);

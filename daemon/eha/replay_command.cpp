@@ -32,6 +32,7 @@
 #include "daemon/replay/twin_parameter.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/tune/twin_draws.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/score.hpp"
 
 namespace eha::cli {
@@ -215,9 +216,9 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
                 {"error_min_in", score.error_min},
                 {"error_max_in", score.error_max}};
   std::string text = fmt::format(
-      "{0} on {1} ({8}): R2 {2:.2f} %, fit {3:.2f} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n",
-      source.name, rig.name, score.r2_percent, score.fit_percent, factor * std::sqrt(score.mse),
-      factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
+      "{0} on {1} ({8}): R2 {2} %, fit {3} %, rms error {4:.3g} {7}, error {5:.3g} .. {6:.3g} {7}\n", source.name,
+      rig.name, ident::percent_text(score.r2_percent), ident::percent_text(score.fit_percent),
+      factor * std::sqrt(score.mse), factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
   std::vector<std::string> further;
   if (calibration) {
     std::vector<std::vector<std::string>> rows;

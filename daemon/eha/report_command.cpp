@@ -110,6 +110,7 @@ ExitCode execute(const ReportCommand& command, Console& console) {
     }
     subject.rig = for_a_page(access_of_controller(command.sources.front(), subject.controller));
     subject.unit = console.unit(rig_units_of_controller(subject.controller));
+    subject.dated = written_words(command.sources.front());
     const report::Page page = tune::controller_page(subject);
     os::write_file_atomically(path, page.html);
     missing = page.missing;

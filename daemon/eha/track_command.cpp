@@ -143,8 +143,17 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
                         const std::string& lead_html) {
   tune::ControllerSubject subject = controller_subject(result.controller);
   subject.title = title;
+  // Timing, ticks and state of the rig, as the report of any other run has them.
+  report::Subject run{.name = result.folder.filename().string()};
+  run.manifest = record::to_json(record::read_manifest(result.opened.files()));
+  const auto& started = run.part("utc_start");
+  if (started.is_string()) subject.dated = fmt::format(", tried {} UTC", started.get<std::string>());
+  for (report::Section section : {report::timing_section(run), report::manifest_section(run)}) {
+    section.folded = true;
+    subject.further.push_back(std::move(section));
+  }
   subject.lead_html = lead_html;
-  subject.rig = suggest::access_of_run(record::read_manifest(result.opened.files()).other);
+  subject.rig = suggest::access_of_run(*run.manifest);
   if (lead_html.empty()) {
     subject.lead_html = report::paragraph(fmt::format("{}.", track::kept_text(result)));
   }
@@ -154,6 +163,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
     trial.figures.push_back({f.name, f.measured, f.unit, track::kept_text(f), f.noise, f.limit(),
                              f.bound == track::Bound::least, f.is_lower_bound});
   }
+  trial.by_sweep = fmt::format("{}", fmt::join(track::sweep_sentences(result, unit), " "));
   trial.changes = track::changes_of(result, unit);
   trial.advice = track::advice_of(result, unit);
   subject.unit = unit;

@@ -447,6 +447,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   page_file.replace_extension(".html");
   tune::ControllerSubject subject{.controller = controller, .inputs = inputs, .trace = tuned.trace};
   subject.unit = console.unit(rig.units);
+  subject.dated = written_words(command.output);
   subject.kinds = tuned.kinds;
   subject.rig = for_a_page(console.rig());
   const report::Page page = tune::controller_page(subject);

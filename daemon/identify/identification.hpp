@@ -30,6 +30,7 @@ struct IdentificationTask {
   std::string source_name = {};                          ///< for messages and the models' provenance
   std::string command = {};                              ///< as Source; kept in the models' provenance
   std::string guess = {};                                ///< as Source; kept there, too
+  std::string record_sha256 = {};                        ///< as Source
   std::string units = {};                                ///< of lengths in messages, as of Source
   std::vector<ident::StructureOptions> structures = {};  ///< none: the ladder of structures is climbed
   ident::LadderOptions ladder = {};                      ///< requirements on its structures

@@ -38,6 +38,14 @@ std::string work_text(const ident::WorkByStage& stages) {
   return text;
 }
 
+/// "2500 rows, 0.02 s apart, 50 s": those of the record, also where each was made into several.
+std::string rows_text(const IdentificationTask& task) {
+  const int parts = task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
+  const auto rows = static_cast<double>(task.record.output.size());
+  return fmt::format("{:.0f} rows, {:.6g} s apart, {:.6g} s", std::ceil(rows / parts), task.record.step_s * parts,
+                     task.record.step_s * rows);
+}
+
 /// Whether a cut leaves out the end stop or the jump that the model meets.
 bool leaves_out(const importer::Cut& cut, const ident::Model& model) {
   if (cut.keeps_all() || !model.validation) return false;
@@ -150,6 +158,8 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
   }
   model.provenance["record"] = task.source_name;
+  if (!task.record_sha256.empty()) model.provenance["record_sha256"] = task.record_sha256;
+  model.provenance["record_rows"] = rows_text(task);
   // With both the same rows and columns can be read again.
   if (!task.command.empty()) model.provenance["command"] = task.command;
   if (!task.guess.empty()) model.provenance["read_as"] = task.guess;

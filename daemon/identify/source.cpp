@@ -18,6 +18,7 @@
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
+#include "daemon/record/sha256.hpp"
 #include "ident/validation/loop_in_record.hpp"
 
 namespace eha::identify {
@@ -86,6 +87,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   std::error_code ignored;
   if (!std::filesystem::is_directory(name, ignored)) {
     importer::Imported imported = importer::import_record(name, options, progress);
+    if (std::filesystem::is_regular_file(name, ignored)) source.sha256 = record::sha256_of_file(name);
     source.record = std::move(imported.record);
     source.unmeasured = ident::unmeasured_of(source.record);
     source.without_input = imported.held.size();

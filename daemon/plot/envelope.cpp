@@ -2,6 +2,7 @@
 #include "daemon/plot/envelope.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace eha::plot {
@@ -16,16 +17,23 @@ Points envelope(std::span<const double> x, std::span<const double> y, std::size_
   for (std::size_t bucket = 0; bucket < buckets; ++bucket) {
     const std::size_t begin = bucket * y.size() / buckets;
     const std::size_t end = (bucket + 1) * y.size() / buckets;
-    std::size_t least = begin;
-    std::size_t greatest = begin;
+    // Places of the least, the greatest and the first value that is not finite; `end` without one.
+    std::size_t least = end;
+    std::size_t greatest = end;
+    std::size_t gap = end;
     for (std::size_t i = begin; i < end; ++i) {
-      if (!std::isfinite(y[i])) least = greatest = i;
-      if (!std::isfinite(y[least])) break;
-      if (y[i] < y[least]) least = i;
-      if (y[i] > y[greatest]) greatest = i;
+      if (!std::isfinite(y[i])) {
+        gap = std::min(gap, i);
+        continue;
+      }
+      if (least == end || y[i] < y[least]) least = i;
+      if (greatest == end || y[i] > y[greatest]) greatest = i;
     }
-    add(std::min(least, greatest));
-    if (least != greatest) add(std::max(least, greatest));
+    std::array<std::size_t, 3> kept{least, greatest, gap};
+    std::sort(kept.begin(), kept.end());
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      if (kept[i] != end && (i == 0 || kept[i] != kept[i - 1])) add(kept[i]);
+    }
   }
   return points;
 }

@@ -14,8 +14,8 @@ struct Points {
 };
 
 /// Reduces a long signal to fewer points that draw the same picture: the least and the greatest value of each of
-/// `buckets` equal parts, in their order. Returns a signal of at most two samples a bucket whole. A bucket with a value
-/// that is not finite keeps it.
+/// `buckets` equal parts, in their order. Returns a signal of at most two samples a bucket whole. A bucket with values
+/// that are not finite keeps the first of them beside its least and greatest.
 /// @param x, y  of one length; buckets > 0. Cost O(N).
 [[nodiscard]] Points envelope(std::span<const double> x, std::span<const double> y, std::size_t buckets = 500);
 

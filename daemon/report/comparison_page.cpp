@@ -28,8 +28,8 @@ std::string changes_table(const ComparedSubject& first, const ComparedSubject& s
   std::vector<std::vector<std::string>> rows;
   for (const ident::ParameterChange& p : subject.change->parameters) {
     const ident::DifferenceText text = ident::difference_text(p.after - p.before, p.half_width);
-    rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model, p.half_width),
-                    ident::value_text(p.name, p.after, model, p.half_width), text.difference, text.half_width,
+    rows.push_back({p.name, ident::unit_of(p, model), ident::value_text(p.name, p.before, first.model, text.resolution),
+                    ident::value_text(p.name, p.after, model, text.resolution), text.difference, text.half_width,
                     change_word(subject, p.changed)});
   }
   if (const identify::LeftOver& e = subject.left_over; e.before > 0.0) {
@@ -140,6 +140,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
     hidden.front() = 'A';
     not_shown.push_back(hidden + ".");
   }
+  for (const std::string& name : change.other_unit) not_shown.push_back(ident::other_unit_sentence(name) + ".");
   for (const std::string& name : change.undetermined) {
     not_shown.push_back(name + " is not determined by both records.");
   }
@@ -360,10 +361,13 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
     if (is_only_map_changed(subjects)) item->remark.to_do = kOnlyTheMap;
     step.items.push_back(std::move(*item));
   }
+  Section provenance{.title = "Provenance"};
+  if (!findings.sources.empty()) provenance.items.push_back({.heading = "", .html = list(findings.sources)});
   if (findings.is_one_record) {
-    return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models}, findings.rig);
+    return assembled(findings.title, lead, {time, parameters, valve, step, frequency, models, provenance},
+                     findings.rig);
   }
-  return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models}, findings.rig);
+  return assembled(findings.title, lead, {parameters, valve, step, time, frequency, models, provenance}, findings.rig);
 }
 
 }  // namespace eha::report

@@ -87,6 +87,7 @@ struct ComparisonFindings {
   bool is_one_record = false;  ///< models on one record, whose output is drawn once
   std::vector<std::string> sentences = {};
   std::string to_do = {};                      ///< beside that of the changes; empty: nothing to say
+  std::vector<std::string> sources = {};       ///< what is compared, with when it was written and its hash
   std::optional<suggest::RigAccess> rig = {};  ///< how that of the last record is reached; none: of models alone
 };
 

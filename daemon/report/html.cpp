@@ -71,10 +71,9 @@ std::string estimate_or(const Model& model, ident::ParameterRole role, double va
 }  // namespace
 
 bool reaches_its_offset(const Model& model) {
-  constexpr double kErrors = 10.0;
+  constexpr double kErrors = 30.0;  // rms, some ten times the greatest error, which a model's file does not hold
   if (!model.estimation) return true;
-  const ident::Score& score = model.estimation->score;
-  const double error = std::max(std::abs(score.error_min), std::abs(score.error_max));
+  const double error = std::sqrt(model.estimation->score.mse);
   return std::none_of(model.parameters.begin(), model.parameters.end(), [&](const ParameterEstimate& p) {
     return p.role == ident::ParameterRole::initial_output && !p.fixed && p.upper95 - p.lower95 > 2.0 * kErrors * error;
   });

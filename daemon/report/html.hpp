@@ -38,8 +38,8 @@ struct TableColumn {
 [[nodiscard]] std::string table(const std::vector<TableColumn>& columns,
                                 const std::vector<std::vector<std::string>>& rows);
 
-/// Whether the level at which the model's output ends is known better than ten times its largest error. Of a plant that
-/// does not settle within the record it lies far from where the output can be.
+/// Whether the level at which the model's output ends is known better than thirty times its rms error where it was
+/// estimated. Of a plant that does not settle within the record it lies far from where the output can be.
 [[nodiscard]] bool reaches_its_offset(const ident::Model& model);
 
 /// The model's equation as HTML: G(s), delay, valve map or bias, initial output.

@@ -133,7 +133,9 @@ std::string files_table(const Subject& subject) {
 
 std::string provenance_table(const ident::Model& model) {
   std::vector<Row> rows;
-  for (const auto& [key, value] : model.provenance) rows.push_back({key, value});
+  for (const auto& [key, value] : model.provenance) {
+    if (key != "work") rows.push_back({key, value});  // what the search has computed, for its developers
+  }
   return rows.empty() ? "" : table({{"what"}, {"value", Column::wide_text}}, rows);
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/report/page.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstddef>
+#include <ctime>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -202,6 +204,8 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
     }
     page.html += section.folded ? "</details>\n" : "</section>\n";
   }
+  page.html += fmt::format("<p class=\"subtitle\">Written {:%Y-%m-%d %H:%M} UTC by eha {}.</p>\n",
+                           fmt::gmtime(std::time(nullptr)), EHA_VERSION);
   page.html += "</main>\n</body>\n</html>\n";
   if (rig) page.html = suggest::completed_html(page.html, *rig);
   return page;

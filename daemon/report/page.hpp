@@ -17,7 +17,7 @@ struct Page {
 };
 
 /// Renders a page of sections, each plot with its remark; leaves out a section without items. What is folded is closed
-/// until a reader opens it.
+/// until a reader opens it. Its last line says when it was written, by which version.
 /// @param title      text @param lead_html  first part, as HTML
 /// @param rig  how its commands reach the rig; none: as they stand
 /// Cost: some 0.2 s, nearly all of it gnuplot's. If gnuplot is missing or fails, the page has no plots.

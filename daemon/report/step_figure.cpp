@@ -95,8 +95,8 @@ std::vector<double> speeds(const Eigen::VectorXd& output, double step_s) {
   return result;
 }
 
-constexpr double kReached = 0.632;      // of the final value, 1 - 1/e
-constexpr Eigen::Index kFineRows = 40;  // that resolve a time
+const double kReached = 1.0 - std::exp(-1.0);  // of the final value: of a lag its time constant
+constexpr Eigen::Index kFineRows = 40;         // that resolve a time
 
 /// Time at which the output, or its speed where it goes on moving, has reached 63 % of `final` [s]: by grids that
 /// become finer until they resolve it, as the axis of a picture may be much longer than a lag. 0 for a model without a
@@ -111,8 +111,14 @@ double time_of_reaching(const ident::TransferFunction& g, double duration_s, boo
     const Eigen::VectorXd y = step_response(g, step_s);
     const std::vector<double> values = goes_on ? speeds(y, step_s) : std::vector<double>(y.begin(), y.end());
     const auto at = std::find_if(values.begin(), values.end(), has_reached) - values.begin();
-    // Nothing moves before the dead time, for any grid.
-    if (at >= kFineRows) return std::max((static_cast<double>(at) + (goes_on ? 0.5 : 0.0)) * step_s, g.delay_s);
+    if (at >= kFineRows) {
+      const double before = values[static_cast<std::size_t>(at) - 1];
+      const double share = at == std::ssize(values)
+                               ? 0.0
+                               : (kReached * final - before) / (values[static_cast<std::size_t>(at)] - before);
+      // Nothing moves before the dead time, for any grid.
+      return std::max((static_cast<double>(at) - 1.0 + share + (goes_on ? 0.5 : 0.0)) * step_s, g.delay_s);
+    }
     shown_s = 4.0 * static_cast<double>(at + 1) * step_s;
   }
   return g.delay_s;

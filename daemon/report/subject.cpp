@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
+#include <cstdint>
 #include <system_error>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/json_text.hpp"
 #include "core/os/files.hpp"
+#include "core/os/written_at.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/manifest.hpp"
@@ -21,6 +21,7 @@
 #include "daemon/report/figures.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/validation/recommendation.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -111,6 +112,61 @@ fs::path folder_of_tables(const fs::path& model_file) {
   return beside;
 }
 
+/// The record that a model is of, and its hash; empty where its file does not say.
+std::string record_of(const ident::Model& model) {
+  std::string text;
+  for (const char* key : {"record", "record_sha256"}) {
+    const auto found = model.provenance.find(key);
+    if (found != model.provenance.end()) text += found->second + "\n";
+  }
+  return text;
+}
+
+/// The models of a record in a folder of models; of a run's rejected ones those that were not rejected, too.
+std::vector<ReportedModel> models_of_record(const fs::path& folder, const std::string& record) {
+  constexpr std::size_t kMostFiles = 500;
+  constexpr std::uintmax_t kMostBytes = 16U << 20U;  // none of a model is near it
+  std::vector<fs::path> files;
+  for (const fs::path& place : folder.filename() == "rejected" ? std::vector<fs::path>{folder, folder.parent_path()}
+                                                               : std::vector<fs::path>{folder}) {
+    std::error_code ended;
+    for (fs::directory_iterator at(place.empty() ? "." : place, ended), end; !ended && at != end; at.increment(ended)) {
+      const fs::path name = at->path().filename();
+      std::error_code unknown;
+      const bool is_file = name.extension() == ".json" && at->is_regular_file(unknown) && !unknown;  // a pipe waits
+      if (is_file && at->file_size(unknown) <= kMostBytes && files.size() < kMostFiles) files.push_back(place / name);
+    }
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<ReportedModel> found;
+  for (const fs::path& file : files) {
+    try {
+      ReportedModel reported = read_model(file, file.string());
+      if (record_of(reported.model) == record) found.push_back(std::move(reported));
+    } catch (const Error&) {  // no model, or a file of another user
+    }
+  }
+  return found;
+}
+
+/// The recommended one of all models beside the subject's of the same record; none if it is among the subject's, or if
+/// their files do not name one record.
+std::optional<RecommendedBeside> recommended_beside(const Subject& subject, const fs::path& folder) {
+  const std::string record = subject.models.empty() ? std::string() : record_of(subject.models.front().model);
+  const auto is_of_record = [&](const ReportedModel& reported) { return record_of(reported.model) == record; };
+  if (record.empty() || !std::all_of(subject.models.begin(), subject.models.end(), is_of_record)) return std::nullopt;
+  const std::vector<ReportedModel> beside = models_of_record(folder, record);
+  std::vector<const ident::Model*> all;
+  for (const ReportedModel& reported : beside) all.push_back(&reported.model);
+  const std::string best = ident::recommend(all, {}).model;
+  const auto is_best = [&](const ReportedModel& reported) { return reported.model.name == best; };
+  const auto found = std::find_if(beside.begin(), beside.end(), is_best);
+  if (found == beside.end() || std::any_of(subject.models.begin(), subject.models.end(), is_best)) return std::nullopt;
+  return RecommendedBeside{
+      best, found->model.verdict ? std::string(ident::verdict_word(*found->model.verdict)) : std::string("not judged"),
+      found->file};
+}
+
 /// " of m_hair_dryer": the folder, or the run, that a model file is in.
 std::string folder_text(const fs::path& model_file) {
   std::error_code ignored;
@@ -129,24 +185,6 @@ std::string origin_text(const std::vector<ReportedModel>& models, const fs::path
     record = at->second;
   }
   return " of " + fs::path(record).filename().string();
-}
-
-/// "2026-01-31 14:05", when the newest of the files was written, UTC; empty where this is not known.
-std::string written_at(const std::vector<fs::path>& files) {
-  std::optional<std::chrono::sys_seconds> newest;
-  for (const fs::path& file : files) {
-    std::error_code unknown;
-    const fs::file_time_type time = fs::last_write_time(file, unknown);
-    if (unknown) continue;
-    const auto at = std::chrono::floor<std::chrono::seconds>(std::chrono::file_clock::to_sys(time));
-    newest = newest ? std::max(*newest, at) : at;
-  }
-  if (!newest) return {};
-  const std::time_t seconds = newest->time_since_epoch().count();
-  std::tm utc{};
-  if (gmtime_r(&seconds, &utc) == nullptr) return {};
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", utc.tm_year + 1900, utc.tm_mon + 1, utc.tm_mday, utc.tm_hour,
-                     utc.tm_min);
 }
 
 }  // namespace
@@ -265,7 +303,7 @@ Subject load_run(const record::OpenRun& run) {
 
 Subject load_models(const std::vector<fs::path>& files) {
   Subject subject;
-  subject.written = written_at(files);
+  subject.written = os::written_at(files);
   bool is_one_folder = true;
   for (const fs::path& file : files) {
     subject.models.push_back(read_model(file, file.string()));
@@ -274,7 +312,10 @@ Subject load_models(const std::vector<fs::path>& files) {
   }
   if (files.size() > kMostNamed)
     subject.name = fmt::format("{} models", files.size()) + origin_text(subject.models, files.front());
-  if (is_one_folder) read_tables(folder_of_tables(files.front()), subject);
+  if (is_one_folder) {
+    read_tables(folder_of_tables(files.front()), subject);
+    subject.beside = recommended_beside(subject, files.front().parent_path());
+  }
   // Keeps only the data of these models.
   std::erase_if(subject.fit.models, [&](const identify::FitColumn& column) {
     return std::none_of(subject.models.begin(), subject.models.end(),

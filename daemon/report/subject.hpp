@@ -33,6 +33,13 @@ struct ReportedModel {
   }
 };
 
+/// The recommended one of all models of a record, where a report is of others.
+struct RecommendedBeside {
+  std::string model;
+  std::string word;  ///< ident::verdict_word()
+  std::string file;
+};
+
 /// Contents of a report, as read from files.
 struct Subject {
   std::string name;                                     ///< of the run, or of the models
@@ -41,6 +48,7 @@ struct Subject {
   std::optional<nlohmann::ordered_json> manifest = {};  ///< run.json
   std::vector<ReportedModel> models = {};               ///< in the order of ident::table_order()
   bool has_recommendation = false;                      ///< models.front() is recommended
+  std::optional<RecommendedBeside> beside = {};         ///< of model files: of all of their record in their folder
   std::string runner_up = {};                           ///< name of the recommended model's; empty: none
   std::size_t pictured_models = 2;                      ///< the pictures show up to so many
   std::string reason = {};                              ///< of the recommendation, or of its absence
@@ -60,6 +68,9 @@ struct Subject {
 
   /// How the rig of the run is reached; none for model files.
   [[nodiscard]] std::optional<suggest::RigAccess> access() const;
+
+  /// Whether the report is of model files that a user named, and not of a run.
+  [[nodiscard]] bool is_of_files() const noexcept { return !manifest; }
 
   /// What stands before the use of the models, as terminal and page have it too.
   [[nodiscard]] ident::NextStep next_step() const;
@@ -93,8 +104,8 @@ struct Subject {
 [[nodiscard]] Subject load_run(const std::filesystem::path& folder);
 [[nodiscard]] Subject load_run(const record::OpenRun& run);
 
-/// Reads model files. Uses fit.csv and frequency_response.csv of their folder, or of the run folder above it, if all
-/// are in one folder.
+/// Reads model files. Uses fit.csv and frequency_response.csv of their folder, or of the run folder above it, and the
+/// other models of the same record there, if all are in one folder.
 /// @throws ConfigError  no model; DataError, IoError, PermissionError
 [[nodiscard]] Subject load_models(const std::vector<std::filesystem::path>& files);
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <set>
 #include <string_view>
 
 #include "core/capitalised.hpp"
@@ -73,6 +74,31 @@ std::string limits_html(const ident::Verdict& verdict) {
          list(limits);
 }
 
+/// Greatest speed of a record's output, by straight lines through five rows each, as single rows have noise.
+double greatest_speed(const std::vector<double>& time_s, const std::vector<double>& output) {
+  double greatest = 0.0;
+  for (std::size_t i = 2; i + 2 < std::min(time_s.size(), output.size()); ++i) {
+    const double step_s = 0.25 * (time_s[i + 2] - time_s[i - 2]);
+    const double rise = 2.0 * (output[i + 2] - output[i - 2]) + output[i + 1] - output[i - 1];
+    if (step_s > 0.0 && std::isfinite(rise)) greatest = std::max(greatest, std::abs(rise) / (10.0 * step_s));
+  }
+  return greatest;
+}
+
+/// The amplitudes that were recorded, within which a model is known to hold; empty without the rows of the fit.
+std::string recorded_sentence(const Subject& subject) {
+  const identify::FitTable& fit = subject.fit;
+  if (fit.applied.empty() || fit.measured.empty()) return {};
+  const auto range = [](const std::vector<double>& values, const std::string& unit) {
+    const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+    return fmt::format("{:.3g} to {:.3g}{}", *least, *greatest, ident::after_number(unit));
+  };
+  const std::string& unit = fit.output.unit;
+  return fmt::format(" Recorded: {}, {}, up to {:.2g}{}.", range(fit.applied, fit.input.unit),
+                     range(fit.measured, unit), greatest_speed(fit.time_s, fit.measured),
+                     unit.empty() ? " per s" : " " + unit + "/s");
+}
+
 std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
   if (!band) {
@@ -132,8 +158,9 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   if (subject.leak && model.input_map) {
     html += "<p><strong>" + with_code(leak_finding(*subject.leak, subject.unit)) + "</strong></p>\n";
   }
-  html +=
-      paragraph(error_sentence(model) + " " + band_sentence(reported) + predicted_sentence(model)) + in_figures(model);
+  html += paragraph(error_sentence(model) + " " + band_sentence(reported) + predicted_sentence(model) +
+                    recorded_sentence(subject)) +
+          in_figures(model);
   // As the terminal has it. A leak, which is said above, moves them too.
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty() && !subject.leak) {
     html += "<p><strong>" + with_code(capitalised(note)) + ".</strong></p>\n";
@@ -202,11 +229,50 @@ std::string box(const char* kind, const std::string& heading, const std::string&
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}</section>\n", kind, escaped(heading), html);
 }
 
+namespace {
+
+/// The heading of a box about models that must not be used: of a run none of its models is left, of files no more is
+/// known than of those.
+std::string heading_of_none(const Subject& subject, const std::string& word) {
+  if (!subject.is_of_files()) {
+    return of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used");
+  }
+  if (subject.models.size() > 1) return "None of these models can be used";
+  return fmt::format("This model, {}, is {}", subject.models.front().model.name, word);
+}
+
+/// Which model is recommended of all of the record, where it is none of those that the report is of.
+std::string beside_html(const Subject& subject) {
+  if (!subject.beside) return {};
+  const RecommendedBeside& best = *subject.beside;
+  return paragraph(fmt::format("Of all models of this record in that folder {} ({}) is recommended: `eha report {}`.",
+                               best.model, best.word, on_one_line(shell_word(best.file))));
+}
+
+/// Why a model must not be used, each remedy once: the first one tends to mend the rest, too. A reason with figures in
+/// brackets stands in few words, and its whole is folded.
+std::vector<std::string> shown_reasons(const std::vector<std::string>& reasons, std::vector<std::string>& folded) {
+  std::vector<std::string> shown;
+  std::set<std::string> remedies;
+  for (const std::string& reason : reasons) {
+    const std::string few = ident::in_few_words(reason);
+    const bool has_figures = few != ident::statement_of(reason) + ".";
+    const bool is_new = remedies.insert(reason.substr(std::min(reason.find(';'), reason.size()))).second;
+    const bool is_whole = shown.empty() || (is_new && !has_figures);
+    shown.push_back(is_whole ? reason : few);
+    if (!is_whole && has_figures) folded.push_back(reason);
+  }
+  return shown;
+}
+
+}  // namespace
+
 std::string verdict(const Subject& subject) {
   if (subject.models.empty()) return without_models(subject);
   const ReportedModel& main = subject.models.front();
   const Grade grade = main.model.verdict ? main.model.verdict->grade : Grade::rejected;
-  const std::string graded = std::string(ident::text(grade));
+  const bool is_alone = subject.models.size() == 1;
+  const std::string graded(main.model.verdict ? ident::verdict_word(*main.model.verdict) : ident::text(grade));
   std::string reason =
       subject.reason.empty() ? "" : paragraph("Reason: " + subject.reason + (subject.reason.ends_with('.') ? "" : "."));
   const std::string ended = early_end(subject);
@@ -225,7 +291,7 @@ std::string verdict(const Subject& subject) {
     return box("some",
                fmt::format("{} {} ({})", has_tripped(subject) ? of_part(subject) + "model" : "Recommended model:",
                            main.model.name, graded),
-               ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
+               ended + beside_html(subject) + of_accepted(subject, main, reason) + remarks_on_record(main.model));
   }
   if (subject.next_step().first == ident::FirstStep::look_at_sensor) {
     const auto still = std::find_if(subject.models.begin(), subject.models.end(), [](const ReportedModel& reported) {
@@ -241,27 +307,25 @@ std::string verdict(const Subject& subject) {
     const bool is_listed =
         !reasons.empty() && subject.reason.find(ident::statement_of(reasons.front())) != std::string::npos;
     std::string html = ended + (is_listed ? "" : reason);
-    // The first reason with what to do, which tends to mend the others, too.
-    const std::vector<std::string> others(reasons.begin() + (reasons.empty() ? 0 : 1), reasons.end());
+    std::vector<std::string> others;
     if (main.model.verdict) {
-      std::vector<std::string> shown(reasons.begin(), reasons.end() - static_cast<std::ptrdiff_t>(others.size()));
-      for (const std::string& other : others) shown.push_back(ident::in_few_words(other));
-      html += paragraph(fmt::format("The nearest one, {}, is {} for this:", main.model.name,
-                                    ident::verdict_word(*main.model.verdict))) +
-              list(shown);
+      html += paragraph(subject.is_of_files() && is_alone
+                            ? std::string("For this:")
+                            : fmt::format("The nearest one, {}, is {} for this:", main.model.name, graded)) +
+              list(shown_reasons(reasons, others));
     }
-    return box("none", of_part(subject) + (has_tripped(subject) ? "no model can be used" : "No model can be used"),
-               html + next_of_none(subject) + remarks_on_record(main.model) +
-                   folded("That model, and the further reasons with figures", list(others) + of_rejected(main.model)));
+    return box("none", heading_of_none(subject, graded),
+               html + beside_html(subject) + next_of_none(subject) + remarks_on_record(main.model) +
+                   folded(others.empty() ? "That model in figures" : "That model, and the further reasons with figures",
+                          list(others) + of_rejected(main.model)));
   }
-  const bool is_alone = subject.models.size() == 1;
   return box("some",
              fmt::format("{}{}: {} ({})", of_part(subject),
                          has_tripped(subject) ? "model"
                          : is_alone           ? "Model"
                                               : "Best model",
                          main.model.name, graded),
-             ended + of_accepted(subject, main, reason) + remarks_on_record(main.model));
+             ended + beside_html(subject) + of_accepted(subject, main, reason) + remarks_on_record(main.model));
 }
 
 }  // namespace eha::report

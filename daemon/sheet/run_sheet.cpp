@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "config/characterisation.hpp"
@@ -128,6 +129,26 @@ bool is_in_rig_file(const RunSheet& run) {
   return is_within(run.sheet.null_V, there.null_V) && is_within(run.sheet.dead_band_V, there.dead_band_V) &&
          is_within(run.sheet.gain_positive_in_per_V_s, there.gain_positive_in_per_V_s) &&
          is_within(run.sheet.gain_negative_in_per_V_s, there.gain_negative_in_per_V_s);
+}
+
+bool is_written_since(const RunSheet& run) {
+  constexpr double kDecimals = 1e-4;  // of the lines that are written
+  if (run.access.rig_file.empty()) return false;
+  try {
+    const auto there = config::load_rig(run.access.rig_file).limits.following;
+    if (!there || !there->null_uncertainty_V) return false;
+    const config::Following measured = following_of(run);
+    const auto is_near = [](double a, double b, double most) { return std::abs(a - b) <= most; };
+    constexpr double kShare = 1e-3;  // a gain has four digits
+    return is_near(there->null_V, measured.null_V, kDecimals) &&
+           is_near(there->dead_band_V, measured.dead_band_V, kDecimals) &&
+           is_near(there->gain_positive_in_per_V_s, measured.gain_positive_in_per_V_s,
+                   kShare * measured.gain_positive_in_per_V_s) &&
+           is_near(there->gain_negative_in_per_V_s, measured.gain_negative_in_per_V_s,
+                   kShare * measured.gain_negative_in_per_V_s);
+  } catch (const Error&) {  // the file is gone, or no longer a rig's
+    return false;
+  }
 }
 
 std::optional<double> supply_factor(const RunSheet& run) {

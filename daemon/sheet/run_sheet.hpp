@@ -81,6 +81,10 @@ struct SheetRow {
 /// Whether [following] of the rig file, as used, is of a sheet and lies within the intervals of this one.
 [[nodiscard]] bool is_in_rig_file(const RunSheet& run);
 
+/// Whether the rig file of the run, as it is now, has the numbers of this sheet: they were written after the run.
+/// Not known of a run that the service played.
+[[nodiscard]] bool is_written_since(const RunSheet& run);
+
 /// The factor of both gains over those of a measured [following] of the rig file, as used, where they changed alike:
 /// the supply is to be looked at before these numbers are used.
 [[nodiscard]] std::optional<double> supply_factor(const RunSheet& run);

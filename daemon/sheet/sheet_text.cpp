@@ -140,9 +140,10 @@ std::string next_of(const RunSheet& run, const suggest::RigAccess& rig) {
   std::error_code ignored;
   const std::string folder = std::filesystem::absolute(run.folder, ignored).lexically_normal().string();
   const std::string writes = on_one_line(suggest::sheet_into_rig_file(rig, folder));
+  if (is_written_since(run)) return fmt::format("{} has these numbers.", run.access.rig_file);
   return is_in_rig_file(run) ? fmt::format(
-                                   "The rig file had these values already when this was measured; if they are no "
-                                   "longer in it: `{}`.",
+                                   "The rig file as used had values within these intervals; to write those that were "
+                                   "measured here: `{}`.",
                                    writes)
                              : fmt::format("Next: `{}` writes them into a rig file.", writes);
 }

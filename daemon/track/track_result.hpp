@@ -101,6 +101,9 @@ struct TrackResult {
 /// "5 of 7 figures are kept, 2 are hidden by the sensor's noise".
 [[nodiscard]] std::string kept_text(const TrackResult& result);
 
+/// Gain and lag by the sweep, and what the margins are, in sentences; that they are not measured without one.
+[[nodiscard]] std::vector<std::string> sweep_sentences(const TrackResult& result, const DisplayUnit& unit);
+
 /// Writes the measured and the promised figures, for display.
 [[nodiscard]] std::string track_text(const TrackResult& result, const DisplayUnit& unit);
 [[nodiscard]] nlohmann::ordered_json to_json(const TrackResult& result);

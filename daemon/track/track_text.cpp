@@ -69,6 +69,25 @@ std::string advice_of(const TrackResult& result, const DisplayUnit& unit) {
   return fmt::format("Valve, load or sensor differ from what the controller was made for: {}.", ident::kMeasureFirst);
 }
 
+std::vector<std::string> sweep_sentences(const TrackResult& result, const DisplayUnit& unit) {
+  if (!result.margins) return {"Margins (Ms, Mt, phase, gain, delay) are not measured by this trial."};
+  const ident::InverseMap& map = result.controller.settings.inverse;
+  const bool is_retracting = result.margins_retracting;
+  const double gain = is_retracting ? map.gain_negative : map.gain_positive;
+  const ident::SweptValue& share = result.margins->gain_share;
+  const double factor = unit.factor(kGainUnit);
+  const double ms = result.margins->margins.ms;
+  return {fmt::format("By the sweep the gain {} is {:.4g} +- {:.2g} {}, the lag with all delays {:.2g} +- {:.2g} ms "
+                      "(95 %).",
+                      is_retracting ? "retracting" : "extending", factor * gain * share.value,
+                      factor * gain * share.half_width, unit.of(kGainUnit), 1e3 * result.margins->lag_s.value,
+                      1e3 * result.margins->lag_s.half_width),
+          fmt::format("Margins: of the open loop, from the sweep, in the direction that has less of them. The gain "
+                      "margin is at least Ms / (Ms - 1) = {:.3g}: the sweep ends below the frequency at which it would "
+                      "be seen, and a loop with this Ms has no less.",
+                      ms / (ms - 1.0))};
+}
+
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
   std::string text = fmt::format("{:<32} {:>9} {:>14} {:>12}  {:<5} {}\n", "figure", "measured", "noise adds to",
                                  "promised", "unit", "kept");
@@ -91,25 +110,8 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
                       result.is_kept() ? "nothing breaks the promise" : "the promise is not kept", kept_text(result));
   for (const std::string& change : changes_of(result, unit)) text += fmt::format("The moving rod shows: {}.\n", change);
   if (const std::string advice = advice_of(result, unit); !advice.empty()) text += advice + "\n";
-  if (result.margins) {
-    const ident::InverseMap& map = result.controller.settings.inverse;
-    const bool is_retracting = result.margins_retracting;
-    const double gain = is_retracting ? map.gain_negative : map.gain_positive;
-    const ident::SweptValue& share = result.margins->gain_share;
-    const double factor = unit.factor(kGainUnit);
-    text += fmt::format(
-        "By the sweep the gain {} is {:.4g} +- {:.2g} {}, the lag with all delays {:.2g} +- {:.2g} ms "
-        "(95 %).\n",
-        is_retracting ? "retracting" : "extending", factor * gain * share.value, factor * gain * share.half_width,
-        unit.of(kGainUnit), 1e3 * result.margins->lag_s.value, 1e3 * result.margins->lag_s.half_width);
-  }
-  if (!result.margins) return text + "Margins (Ms, Mt, phase, gain, delay) are not measured by this trial.\n";
-  const double ms = result.margins->margins.ms;
-  return text +
-         fmt::format(
-             "Margins: of the open loop, from the sweep, in the direction that has less of them. The gain margin "
-             "is at least Ms / (Ms - 1) = {:.3g}.\n",
-             ms / (ms - 1.0));
+  for (const std::string& sentence : sweep_sentences(result, unit)) text += sentence + "\n";
+  return text;
 }
 
 nlohmann::ordered_json to_json(const TrackResult& result) {

@@ -366,7 +366,8 @@ report::Section measured(const MeasuredTrial& trial, const config::ControllerPro
                                                   {"promised", Column::number},
                                                   {"unit", Column::text},
                                                   {"kept", Column::text}},
-                                                 rows)});
+                                                 rows) +
+                                   report::paragraph(trial.by_sweep)});
   report::Item item{.heading = "The trial on the rig"};
   item.figure = motion_figure(trial.trace, item.heading, unit);
   item.remark.seen = "Readings and errors are means over 50 ms, because a reading's noise is no error of the rod.";
@@ -399,7 +400,8 @@ report::Page controller_page(const ControllerSubject& subject) {
   lead += fmt::format(
       "<p class=\"subtitle\">{}</p>\n",
       report::escaped(fmt::format("{} controller \"{}\" for {}, to {}, tick {:g} s", ident::text(c.settings.kind),
-                                  c.name, c.provenance.rig, c.purpose, c.settings.tick_s)));
+                                  c.name, c.provenance.rig, c.purpose, c.settings.tick_s) +
+                      subject.dated));
   lead += answer_box(subject);
   std::vector<report::Section> sections;
   if (subject.measured) sections.push_back(measured(*subject.measured, c.promise, subject.unit));
@@ -447,6 +449,7 @@ report::Page controller_page(const ControllerSubject& subject) {
                                                    {"twin", c.provenance.twin},
                                                    {"made by", c.provenance.made_by}})});
   sections.insert(sections.end(), {promise, plots, loop, settings});
+  sections.insert(sections.end(), subject.further.begin(), subject.further.end());
   const std::string title =
       subject.title.empty() ? fmt::format("{} \"{}\"", subject.measured ? "Trial of controller" : "Controller", c.name)
                             : subject.title;

@@ -30,6 +30,7 @@ struct MeasuredTrial {
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
   std::string advice = {};           ///< what follows from figures and changes, in sentences; empty: nothing
+  std::string by_sweep = {};         ///< gain, lag and margins that the sweep has measured, in sentences
   TrialTrace trace;
 };
 
@@ -43,6 +44,8 @@ struct ControllerSubject {
   DisplayUnit unit = DisplayUnit("in");        ///< of lengths
   std::string title = {};                      ///< empty: by the controller's name
   std::string lead_html = {};                  ///< first part of the page
+  std::string dated = {};                      ///< ", tried 2026-01-31 14:05 UTC", behind what it is of; empty: unknown
+  std::vector<report::Section> further = {};   ///< behind the page's own, as of the run of a trial
   std::optional<suggest::RigAccess> rig = {};  ///< how the controller's file and its rig are reached; none: unknown
   std::vector<ComparedKind> kinds = {};        ///< none: the file does not store them
 };

@@ -15,6 +15,7 @@
 #include "ident/fractional/stability.hpp"
 #include "ident/model/grey_box_output.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::ident {
 namespace {
@@ -118,6 +119,25 @@ void check_fractional(const Model& model) {
   }
 }
 
+/// What a reader of the export is to know of the model: its verdict, and of which record it is.
+void note_verdict(const Model& model, ExportedModel& out) {
+  if (model.verdict) {
+    out.verdict = verdict_word(*model.verdict);
+    out.usable_band = model.verdict->usable_band;
+    if (!model.verdict->accepted) out.rejected_for = model.verdict->reasons;
+  }
+  if (model.validation) {
+    const Score& score = model.validation->score;
+    out.largest_error = std::max(std::abs(score.error_min), std::abs(score.error_max));
+  }
+  const auto add = [&](const char* what, const char* key) {
+    const auto found = model.provenance.find(key);
+    if (found != model.provenance.end()) out.origin.push_back(what + found->second);
+  };
+  add("Fitted to the record ", "record");
+  add("by ", "software");
+}
+
 }  // namespace
 
 ExportedModel exported(const Model& model, const std::optional<FrequencyInterval>& band) {
@@ -140,7 +160,7 @@ ExportedModel exported(const Model& model, const std::optional<FrequencyInterval
                     .output_unit = model.output_unit,
                     .shown_band = shown_band(model),
                     .rejected_for = {}};
-  if (model.verdict && !model.verdict->accepted) out.rejected_for = model.verdict->reasons;
+  note_verdict(model, out);
   if (has_whole_orders(g)) {
     out.sections = partial_fractions(g, model.initial_state);
   } else {

@@ -36,7 +36,12 @@ struct ExportedModel {
   std::string input_unit;
   std::string output_unit;
   std::optional<FrequencyInterval> shown_band = {};  ///< band in which the model's record supports it; none: not known
+  std::string verdict = {};                          ///< verdict_word(); empty: not judged
   std::vector<std::string> rejected_for;             ///< reasons of a verdict that rejects it
+  /// Largest error where it was not estimated [output unit]; none: not known.
+  std::optional<double> largest_error = {};
+  std::optional<FrequencyInterval> usable_band = {};
+  std::vector<std::string> origin = {};  ///< record, program, file: one line each, as untrusted as the name
 };
 
 /// Realises a model as sections of order one or two: whole orders exactly, fractional ones by a stable approximation.

@@ -5,9 +5,12 @@
 #include <fmt/ranges.h>
 
 #include <array>
+#include <cctype>
 #include <vector>
 
 #include "core/code_text.hpp"
+#include "ident/model/band_text.hpp"
+#include "ident/model/parameter_text.hpp"
 
 namespace eha::ident {
 namespace {
@@ -23,6 +26,7 @@ constexpr std::array kFormats{
     ModelFormat{"json", "state space and lines for FOMCON and CRONE as JSON", &json_text}};
 
 constexpr std::size_t kLongestReason = 200;
+constexpr std::size_t kLongestOrigin = 160;
 
 std::string power(const Term& term) {
   if (term.order == 0.0) return fmt::format("{:.6g}", term.coefficient);
@@ -40,6 +44,23 @@ std::string list(const std::vector<Term>& terms, double Term::*member) {
   std::vector<double> values;
   for (const Term& term : terms) values.push_back(term.*member);
   return fmt::format("[{}]", fmt::join(values, " "));
+}
+
+/// "NOT NEEDED", which catches the eye in a file of code.
+std::string in_capitals(std::string word) {
+  for (char& c : word) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return word;
+}
+
+/// What an accepted model is good for.
+std::string verdict_line(const ExportedModel& model) {
+  std::string line = "Verdict: " + model.verdict;
+  if (model.largest_error) {
+    line += fmt::format("; error on unseen data at most {}",
+                        code_text(error_text(*model.largest_error, model.output_unit), kLongestOrigin));
+  }
+  line += model.usable_band ? "; usable band " + frequencies_text(*model.usable_band) : "; no usable band";
+  return line + ".";
 }
 
 }  // namespace
@@ -90,8 +111,10 @@ std::vector<std::string> notes(const ExportedModel& model) {
     lines.emplace_back("Whole orders: exact for a held input, up to rounding.");
   }
   for (const std::string& reason : model.rejected_for) {
-    lines.push_back("REJECTED: " + code_text(reason, kLongestReason));
+    lines.push_back(in_capitals(model.verdict) + ": " + code_text(reason, kLongestReason));
   }
+  if (model.rejected_for.empty() && !model.verdict.empty()) lines.push_back(verdict_line(model));
+  for (const std::string& line : model.origin) lines.push_back(code_text(line, kLongestOrigin));
   lines.push_back("FOMCON: " + fomcon_line(g));
   lines.push_back("CRONE" + std::string(g.delay_s > 0.0 ? " (without the delay): " : ": ") + crone_line(g));
   return lines;

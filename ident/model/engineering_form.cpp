@@ -30,14 +30,19 @@ std::vector<Term> present(std::vector<Term> terms) {
   return terms;
 }
 
+/// "s", "s^1.044": to the digits that are shown.
+std::string seconds_text(double power) {
+  const std::string digits = fmt::format("{:.4g}", power);
+  return digits == "1" ? "s" : "s^" + digits;
+}
+
 /// output/input s^power: "in/(V s)", "in/V", "in s/V".
 std::string gain_unit(const Model& model, double power) {
   const std::string& out = model.output_unit;
   const std::string& in = model.input_unit;
   if (out.empty() || in.empty()) return "";
   if (std::abs(power) <= kWhole) return fmt::format("{}/{}", out, in);
-  const double size = std::abs(power);
-  const std::string seconds = std::abs(size - 1.0) <= kWhole ? "s" : fmt::format("s^{:.4g}", size);
+  const std::string seconds = seconds_text(std::abs(power));
   return power < 0.0 ? fmt::format("{}/({} {})", out, in, seconds) : fmt::format("{} {}/{}", out, seconds, in);
 }
 
@@ -314,7 +319,7 @@ std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
       if (index >= denominator.size()) return "";
       const double power = denominator[index].order - normalised;
       if (std::abs(power) <= kWhole) return "";
-      return std::abs(power - 1.0) <= kWhole ? "s" : fmt::format("s^{:.4g}", power);
+      return seconds_text(power);
     }
     case ParameterRole::delay:
       return "s";

@@ -194,6 +194,18 @@ PlantChange compare_parameters(const Model& before, const Model& after, double l
   return change;
 }
 
+PlantChange without_other_units(PlantChange change, const Model& before, const Model& after) {
+  if (before.name == after.name) return change;
+  const auto has_other = [&](const ParameterChange& p) { return unit_of(p, before) != unit_of(p, after); };
+  for (const ParameterChange& p : change.parameters) {
+    if (has_other(p)) change.other_unit.push_back(p.name);
+  }
+  std::erase_if(change.parameters, has_other);
+  change.changed = std::any_of(change.parameters.begin(), change.parameters.end(),
+                               [](const ParameterChange& p) { return p.changed; });
+  return change;
+}
+
 std::string lets_follow(const std::vector<std::string>& causes, const std::vector<std::string>& followers) {
   return fmt::format("{} changed, and the fit lets {} follow {}", fmt::join(causes, " and "),
                      fmt::join(followers, " and "), causes.size() == 1 ? "it" : "them");

@@ -55,9 +55,10 @@ struct ParameterChange {
 
 /// The change of a plant between two models.
 struct PlantChange {
-  std::vector<ParameterChange> parameters;  ///< estimated in both models, those furthest outside 0 first
-  std::vector<std::string> undetermined;    ///< estimated, but one of the records does not determine them
-  bool changed = false;                     ///< at least one parameter changed
+  std::vector<ParameterChange> parameters;   ///< estimated in both models, those furthest outside 0 first
+  std::vector<std::string> undetermined;     ///< estimated, but one of the records does not determine them
+  std::vector<std::string> other_unit = {};  ///< of without_other_units(), which have no difference
+  bool changed = false;                      ///< at least one parameter changed
 };
 
 /// Whether a model leaves plain noise over: a curved valve or a part that it misses would show in it.
@@ -77,6 +78,15 @@ struct PlantChange {
 /// is then no more curved than the noise shows, and the intervals of the fits hold.
 /// @param level  0 < level < 1, for all parameters together
 [[nodiscard]] PlantChange compare_parameters(const Model& before, const Model& after, double level);
+
+/// Leaves out what has another unit in the other model, as a coefficient of another order has, where the structures
+/// differ: there is no difference of a time and a time to the power 1.044. Of one structure nothing is left out.
+[[nodiscard]] PlantChange without_other_units(PlantChange change, const Model& before, const Model& after);
+
+/// "a2 has another unit in each, so it has no difference".
+[[nodiscard]] inline std::string other_unit_sentence(const std::string& parameter) {
+  return parameter + " has another unit in each, so it has no difference";
+}
 
 /// States which change is hidden by more than noise: "a change of K below 0.23 mm/(V s) does not show here: dead_band
 /// changed, and the fit lets K follow it (by noise alone 0.023 mm/(V s))". Empty if only noise hides a change, and for

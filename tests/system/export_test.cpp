@@ -86,6 +86,9 @@ TEST(ExportCommand, WritesARecordInEveryForm) {
   const Ended csv = run_eha({"export", "r.csv", "--format", "csv"}, folder.path());
   ASSERT_EQ(csv.code, 0) << csv.err;
   EXPECT_EQ(csv.out, "time_s,voltage_V,displacement_in\n0,0.5,2.951\n0.001,0.51,2.9525\n0.002,0.5,3\n");
+  const Ended metric = run_eha({"export", "r.csv", "--format", "csv", "--units", "mm"}, folder.path());
+  EXPECT_EQ(metric.out.substr(0, metric.out.find('\n')), "time_s,voltage_V,displacement_mm") << metric.out;
+  EXPECT_NE(metric.out.find("0.002,0.5,76.2"), std::string::npos) << metric.out;
   for (const char* file : {"r.mat", "r.h5"}) {
     const std::string format = std::string(file) == "r.mat" ? "mat" : "hdf5";
     const Ended ended = run_eha({"export", "r.csv", "--format", format, "-o", file}, folder.path());

@@ -35,6 +35,21 @@ TEST(PlotCommand, DrawsARecordWithoutTimesByItsPeriod) {
   EXPECT_TRUE(fs::exists(folder.path() / "q.svg"));
 }
 
+TEST(PlotCommand, NamesWhatDrawsATableOfFigures) {
+  const TemporaryFolder folder;
+  folder.write("table.csv", "record,source,model,recommended,grade\n0001-bench,bench.csv,io,yes,good\n");
+  expect_refused(folder, {"plot", "table.csv"}, ExitCode::bad_data,
+                 {"table.csv: a table of `eha batch`, a row a model, without curves", "report.html"});
+  folder.write("axis_table.csv", "part,figure,value,from,to,measured,noise adds to,unit,kept\naxis,controller,axis\n");
+  expect_refused(folder, {"plot", "axis_table.csv"}, ExitCode::bad_data, {"a table of figures of an axis"});
+}
+
+TEST(PlotCommand, NamesTheComparisonForTwoSources) {
+  const TemporaryFolder folder;
+  expect_refused(folder, {"plot", "io.json", "fo.json"}, ExitCode::usage,
+                 {"one picture is of one source, 2 are named", "`eha compare io.json fo.json -o compared.svg`"});
+}
+
 TEST(PlotCommand, FollowsNoLinkInTheFolderOfAFit) {
   const TemporaryFolder folder;
   folder.write("r.csv", first_order_record(1, 2.0, 300));

@@ -68,6 +68,14 @@ TEST_F(Reports, SayWhichModelToUseOrWhyNone) {
   EXPECT_NE(content_of(rejected_ / "report.html").find("No model can be used"), std::string::npos);
 }
 
+TEST_F(Reports, SayWhenAndByWhichVersionTheyWereWrittenAndWhatWasRecorded) {
+  const std::string page = content_of(paper_ / "report.html");
+  EXPECT_NE(page.find(" UTC by eha "), std::string::npos);
+  EXPECT_NE(page.find(" Recorded: "), std::string::npos);
+  EXPECT_NE(page.find("record_rows"), std::string::npos);
+  EXPECT_EQ(page.find("transforms"), std::string::npos);
+}
+
 TEST_F(Reports, AreValidHtml) {
   if (std::system("command -v tidy >/dev/null") != 0) GTEST_SKIP() << "tidy is not installed";
   for (const fs::path& run : {paper_, rejected_}) {

@@ -51,7 +51,7 @@ TEST(Identify, KeepsInTheProvenanceHowTheRecordWasRead) {
   Source source = lag_source();
   source.command = "eha fit lag.csv --period 0.01 --to 30";
   source.guess = "lag.csv: commas; input 1 \"u\", output 2 \"y\"";
-  const Identification found = identify(source, task_with_one_pole(source), {});
+  const Identification found = identify(source, task_with_one_pole(source), {}, {});
   const auto& provenance = found.models.at(0).result.model.provenance;
   EXPECT_EQ(provenance.at("command"), source.command);
   EXPECT_EQ(provenance.at("read_as"), source.guess);
@@ -76,6 +76,7 @@ TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   EXPECT_GT(model.validation->score.r2_percent, 99.0);
   EXPECT_GT(model.estimation->seconds, 0.0);
   EXPECT_EQ(model.provenance.at("record"), "lag.csv");
+  EXPECT_NE(model.provenance.at("record_rows").find(" rows, "), std::string::npos);
   EXPECT_TRUE(found.paper.empty());
   EXPECT_TRUE(found.cross_validation.empty());
   ASSERT_EQ(steps.size(), 2U);

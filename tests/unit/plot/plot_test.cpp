@@ -333,6 +333,20 @@ TEST(Envelope, KeepsEveryPeakOfALongSignal) {
   EXPECT_TRUE(std::is_sorted(points.x.begin(), points.x.end()));
 }
 
+TEST(Envelope, KeepsAPeakBesideAGap) {
+  std::vector<double> x(10'000);
+  std::vector<double> y(x.size(), 0.0);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<double>(i);
+  for (std::size_t i = 2'005; i < 4'005; ++i) y[i] = std::nan("");
+  y[2'002] = 7.0;
+  y[4'007] = -7.0;
+  const Points points = envelope(x, y, 1000);
+  EXPECT_EQ(std::count(points.y.begin(), points.y.end(), 7.0), 1);
+  EXPECT_EQ(std::count(points.y.begin(), points.y.end(), -7.0), 1);
+  EXPECT_TRUE(std::any_of(points.y.begin(), points.y.end(), [](double value) { return std::isnan(value); }));
+  EXPECT_TRUE(std::is_sorted(points.x.begin(), points.x.end()));
+}
+
 TEST(Envelope, LeavesAShortSignalAlone) {
   const std::vector<double> x{0, 1, 2};
   const std::vector<double> y{3, 4, 5};

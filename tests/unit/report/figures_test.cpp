@@ -232,6 +232,10 @@ TEST(StepFigure, ShowsALagThatIsShortAgainstTheAxis) {
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
   EXPECT_NE(step_sentence(model).find("63 % of that after 0.006 s by the model"), std::string::npos)
       << step_sentence(model);
+  model.transfer_function.denominator.front().coefficient = 0.0067448;
+  EXPECT_NE(step_sentence(model).find("63 % of that after 0.0067 s by the model"), std::string::npos)
+      << step_sentence(model);
+  model.transfer_function.denominator.front().coefficient = 0.006;
   const plot::Series speed = step_figure({&model}, "a step").panels[1].series.front();
   EXPECT_TRUE(std::is_sorted(speed.x.begin(), speed.x.end()));
   const auto rising = std::count_if(speed.y.begin(), speed.y.end(), [](double v) { return v > 0.015 && v < 0.12; });

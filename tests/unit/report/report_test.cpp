@@ -51,7 +51,9 @@ TEST(Page, BeginsWithTheRecommendedModelAndItsReason) {
 }
 
 TEST(Page, SaysThatNoModelCanBeUsedAndWhy) {
-  const std::string html = page_of(subject_of("run", ident::Grade::rejected)).html;
+  Subject subject = subject_of("run", ident::Grade::rejected);
+  subject.manifest.emplace();
+  const std::string html = page_of(subject).html;
   EXPECT_NE(html.find("No model can be used"), std::string::npos);
   EXPECT_EQ(html.find("Recommended model"), std::string::npos);
   EXPECT_NE(html.find("The error &lt;exceeds&gt; its &quot;limit&quot; &amp; more."), std::string::npos);
@@ -69,6 +71,18 @@ TEST(Page, ShowsTheFirstReasonOfARejectionInFullAndFoldsTheModel) {
   EXPECT_LT(box.find("The plant is not linear"), fold);
   EXPECT_GT(box.find("use it no more"), fold);
   EXPECT_GT(box.find("class=\"equation\""), fold);
+}
+
+TEST(Page, ShowsEachReasonWithoutFiguresOnce) {
+  Subject subject = subject_of("fo", ident::Grade::rejected);
+  subject.models[0].model.verdict->reasons = {"It does not need a2; use the model without it.",
+                                              "It does not need a0; use the model without it.",
+                                              "It hardly determines n2; use fewer parameters."};
+  const std::string html = page_of(subject).html;
+  const std::string box = html.substr(0, html.find("</section>"));
+  EXPECT_EQ(count(box, "It does not need a0"), 1U) << box;
+  EXPECT_EQ(count(box, "It hardly determines n2; use fewer parameters."), 1U);
+  EXPECT_NE(box.find("That model in figures"), std::string::npos);
 }
 
 TEST(Page, SaysTheReasonOfARejectionOnce) {

@@ -67,6 +67,61 @@ TEST(LoadModels, NamesTheRecordAndTheDate) {
             std::string::npos);
 }
 
+/// A model of the record "bench.csv".
+ident::Model of_bench(const std::string& name, ident::Grade grade) {
+  ident::Model model = model_named(name, grade, 99.0);
+  model.provenance["record"] = "bench.csv";
+  model.estimation->information = ident::InformationCriteria{};
+  return model;
+}
+
+TEST(LoadModels, SpeaksOfOneModelAndNamesTheRecommendedOneBesideIt) {
+  const TemporaryFolder folder;
+  const auto fo = folder.write("fo.json", ident::to_text(of_bench("fo", ident::Grade::rejected)));
+  EXPECT_FALSE(load_models({fo}).beside);
+  const auto io = folder.write("io.json", ident::to_text(of_bench("io", ident::Grade::usable)));
+  folder.write("none.json", "{");
+  ident::Model other = of_bench("lag", ident::Grade::usable);
+  other.provenance["record"] = "other.csv";
+  folder.write("other.json", ident::to_text(other));
+  const std::string html = page_of(load_models({fo})).html;
+  EXPECT_NE(html.find("<h2>This model, fo, is rejected</h2>"), std::string::npos);
+  EXPECT_EQ(html.find("No model can be used"), std::string::npos);
+  EXPECT_NE(html.find("Of all models of this record in that folder io (usable) is recommended: <code>eha report " +
+                      io.string() + "</code>."),
+            std::string::npos);
+  EXPECT_FALSE(load_models({fo, io}).beside);
+}
+
+TEST(LoadModels, CallsAModelByTheWordOfTheTables) {
+  const TemporaryFolder folder;
+  ident::Model model = of_bench("io_valve", ident::Grade::rejected);
+  model.verdict->criteria = {{ident::CriterionKind::coefficient_interval, "a0", 0.0, 0.0, false, true}};
+  model.verdict->error_over_recommended = 1.2;
+  const Subject subject = load_models({folder.write("io_valve.json", ident::to_text(model))});
+  EXPECT_NE(page_of(subject).html.find("<h2>This model, io_valve, is not needed</h2>"), std::string::npos);
+}
+
+TEST(LoadModels, KnowsTheLevelThatTheRecordShows) {
+  const TemporaryFolder folder;
+  ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  model.initial_output = 2.93924;
+  model.estimation->score.mse = 1e-6;
+  model.estimation->score.error_max = 0.003;  // a file does not hold it
+  model.parameters.push_back({.name = "initial_output",
+                              .value = 2.93924,
+                              .std = 0.0006,
+                              .lower95 = 2.93804,
+                              .upper95 = 2.94045,
+                              .role = ident::ParameterRole::initial_output});
+  const Subject subject = load_models({folder.write("io.json", ident::to_text(model))});
+  EXPECT_NE(page_of(subject).html.find("initial output 2.9392 in"), std::string::npos);
+  model.parameters.back().upper95 = 4.0;
+  EXPECT_NE(
+      page_of(load_models({folder.write("io.json", ident::to_text(model))})).html.find("the record does not show"),
+      std::string::npos);
+}
+
 TEST(LoadModels, PutsTheBestModelFirst) {
   const TemporaryFolder folder;
   const auto bad = folder.write("a.json", ident::to_text(model_named("a", ident::Grade::rejected, 99.9)));

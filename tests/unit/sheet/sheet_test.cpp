@@ -9,6 +9,7 @@
 #include "config/valve_estimate.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 #include "ident/valve/supply.hpp"
+#include "tests/unit/temporary_folder.hpp"
 
 namespace eha::sheet {
 namespace {
@@ -172,11 +173,32 @@ TEST(ValveSheetPage, AsksForTheLinesUntilTheRigFileHasThem) {
   run.rig.limits.following = following_of(run);
   EXPECT_TRUE(is_in_rig_file(run));
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
-  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("The rig file had these values already"), std::string::npos);
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find("The rig file as used had values within"), std::string::npos);
   EXPECT_EQ(sheet_page(run, DisplayUnit(), missing).find("0 dB and 0 deg"), std::string::npos)
       << "the phase is not relative";
   run.sheet.null_V.value += 0.01;
   EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(asks), std::string::npos);
+}
+
+TEST(ValveSheetPage, SaysThatTheRigFileHasTheNumbersThatWereWrittenAfterTheRun) {
+  const test::TemporaryFolder folder;
+  RunSheet run = example();
+  run.rig.limits.following = following_of(run);
+  run.rig.limits.following->dead_band_V += 0.001;  // within the interval, and not the sheet's
+  std::vector<std::string> missing;
+  const std::string before = sheet_page(run, DisplayUnit(), missing);
+  EXPECT_NE(before.find("The rig file as used had values within these intervals"), std::string::npos);
+  const std::string text = run.rig.text;
+  const std::size_t first = text.find("[following]");
+  const std::size_t end = text.find("# How ticks are kept.");
+  run.access.rig_file = folder.write("rig.toml", text).string();
+  EXPECT_FALSE(is_written_since(run));
+  folder.write("rig.toml", text.substr(0, first) + rig_lines(run) + text.substr(end));
+  EXPECT_TRUE(is_written_since(run));
+  EXPECT_NE(sheet_page(run, DisplayUnit(), missing).find(run.access.rig_file + " has these numbers."),
+            std::string::npos);
+  folder.write("rig.toml", "no rig");
+  EXPECT_FALSE(is_written_since(run));
 }
 
 TEST(ValveSheetPage, NamesTheRigFileThatWasWrittenAndTheCommandAsTheTerminalDoes) {
@@ -190,7 +212,7 @@ TEST(ValveSheetPage, NamesTheRigFileThatWasWrittenAndTheCommandAsTheTerminalDoes
       std::string::npos)
       << html.substr(0, 8000);
   EXPECT_EQ(html.find("nothing to do"), std::string::npos);
-  EXPECT_EQ(html.find("had these values already"), std::string::npos);
+  EXPECT_EQ(html.find("The rig file as used"), std::string::npos);
 }
 
 TEST(RigLines, AreReadBackAsTheSheet) {

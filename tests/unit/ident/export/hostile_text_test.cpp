@@ -30,7 +30,9 @@ ExportedModel sound() {
   ExportedModel out = exported(model, {});
   out.input_unit = "V";
   out.output_unit = "in";
+  out.verdict = "rejected";
   out.rejected_for = {"R2 is low"};
+  out.origin = {"Fitted to the record bench.csv"};
   return out;
 }
 
@@ -40,6 +42,7 @@ ExportedModel attacked(std::mt19937_64& generator) {
   model.input_unit = hostile(generator, 20);
   model.output_unit = hostile(generator, 20);
   model.rejected_for = {hostile(generator, 200)};
+  model.origin = {hostile(generator, 160)};
   return model;
 }
 

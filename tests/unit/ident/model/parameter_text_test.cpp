@@ -43,6 +43,14 @@ TEST(ParameterText, WritesADifferenceWithTheDigitsThatTellItFromItsLimit) {
   EXPECT_EQ(difference_text(0.5, 0.0).half_width, "0");
 }
 
+TEST(ParameterText, GivesADifferenceTwoDigitsAndItsValuesAsMany) {
+  const DifferenceText text = difference_text(0.00677985 - 0.00674478, 0.00158);
+  EXPECT_EQ(text.difference, "0.000035");
+  EXPECT_EQ(rounded_to(0.00674478, text.resolution), "0.006745");
+  EXPECT_EQ(rounded_to(0.00677985, text.resolution), "0.006780");
+  EXPECT_EQ(difference_text(0.0, 0.00158).difference, "0.0000");
+}
+
 TEST(ParameterText, WritesAFactorWithoutAnExponent) {
   EXPECT_EQ(figure_text(1.44), "1.4");
   EXPECT_EQ(figure_text(87.3), "87");

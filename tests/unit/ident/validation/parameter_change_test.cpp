@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "ident/model/engineering_form.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -39,6 +40,30 @@ TEST(ParameterChange, NamesTheUnitThatMakesAGainAnother) {
   EXPECT_EQ(said(0.3, 0.36), "");
   EXPECT_EQ(said(0.3, 7.0), "");
   EXPECT_EQ(said(0.3, -7.62), "");
+}
+
+TEST(ParameterChange, TakesNoDifferenceAcrossUnits) {
+  const auto of_order = [](const char* name, double order) {
+    Model model = with(-0.2, 0.15, 0.13);
+    model.name = name;
+    model.input_unit = "V";
+    model.output_unit = "in";
+    model.transfer_function = {{{0.13, 0.0}}, {{0.0, 0.0}, {1.0, 1.0}, {0.0067, order}}, 0.0};
+    model.parameters.push_back({"a2", 0.0067, 1e-4, 0.006, 0.007, false, ParameterRole::denominator_coefficient});
+    return model;
+  };
+  const Model whole = of_order("integrator_lag", 2.0);
+  Model other = of_order("fo", 2.044);
+  other.parameters.back().value = 0.0099;
+  const PlantChange all = compare_parameters(whole, other, 0.01);
+  ASSERT_TRUE(all.changed);
+  const PlantChange change = without_other_units(all, whole, other);
+  EXPECT_EQ(change.other_unit, std::vector<std::string>{"a2"});
+  EXPECT_EQ(change.parameters.size(), all.parameters.size() - 1);
+  EXPECT_FALSE(change.changed);
+  other.name = whole.name;
+  EXPECT_TRUE(without_other_units(all, whole, other).changed) << "one structure: its orders were estimated";
+  EXPECT_EQ(unit_of(of_order("fo", 2.00001).parameters.back(), of_order("fo", 2.00001)), "s");
 }
 
 /// One pole that comes to rest, in the form K/(s + a0), whose two parameters move together.
