@@ -155,7 +155,8 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
-  console.print(fmt::format("written: {}", file.string()));
+  console.print(fmt::format("written: {}, for the limits of {}{}", file.string(), rig.file_name,
+                            command.rig_file ? "" : "; --rig names another rig file"));
   console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
   return ExitCode::ok;
 }

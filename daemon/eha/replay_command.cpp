@@ -26,6 +26,7 @@
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "daemon/plot/gnuplot.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/replay/calibration.hpp"
 #include "daemon/replay/replay.hpp"
 #include "daemon/replay/twin_file.hpp"
@@ -54,7 +55,7 @@ Examples:
 
 struct ReplayCommand {
   std::string source;                        ///< run folder or record
-  std::optional<std::string> rig_file = {};  ///< none: default_rig_file()
+  std::optional<std::string> rig_file = {};  ///< none: the run's own where it is simulated, else default_rig_file()
   std::vector<std::string> calibrate = {};   ///< KEY or KEY=LOW:HIGH
   std::filesystem::path twin = "twin.toml";  ///< written when something is calibrated
   std::optional<std::filesystem::path> output = {};
@@ -81,7 +82,22 @@ replay::CalibrationRequest request_of(const std::string& text) {
   return {text.substr(0, equals), std::pair(*low, *high)};
 }
 
-config::RigConfig simulated_rig(const std::optional<std::string>& rig_file) {
+/// The simulated rig that a run was played on, as the run keeps its file; none of a machine's run, and of a file.
+std::optional<config::RigConfig> own_rig(const identify::Source& source) {
+  if (!source.run_folder) return std::nullopt;
+  const nlohmann::ordered_json other = record::read_manifest(*source.run_folder).other;
+  const nlohmann::ordered_json::json_pointer text("/rig/text");
+  if (!other.contains(text) || !other.at(text).is_string()) return std::nullopt;
+  config::RigConfig rig = config::parse_rig(other.at(text).get<std::string>(),
+                                            fmt::format("the rig file of {}", source.run_folder->string()));
+  if (!std::holds_alternative<hal::SimOptions>(rig.backend)) return std::nullopt;
+  return rig;
+}
+
+config::RigConfig simulated_rig(const std::optional<std::string>& rig_file, const identify::Source& source) {
+  if (!rig_file) {
+    if (auto own = own_rig(source)) return *std::move(own);
+  }
   config::RigConfig rig = load_rig_or_default(rig_file);
   if (!std::holds_alternative<hal::SimOptions>(rig.backend)) {
     throw UsageError(
@@ -183,9 +199,9 @@ std::string next_of_doubtful(const ReplayCommand& command, const std::vector<std
 ExitCode execute(const ReplayCommand& command, Console& console) {
   std::vector<replay::CalibrationRequest> requests;
   for (const std::string& text : command.calibrate) requests.push_back(request_of(text));
-  const config::RigConfig rig = simulated_rig(command.rig_file);
   const identify::Source source = identify::load_source(command.source, {}, {}, console.progress_callback());
   console.end_progress();
+  const config::RigConfig rig = simulated_rig(command.rig_file, source);
   for (const std::string& warning : identify::warnings(source)) console.warning(warning);
   const ident::Record& record = source.record;
   const Eigen::VectorXd measured = replay::measured_in(record);
@@ -293,7 +309,8 @@ void add_replay(CLI::App& app, ParsedLine& line) {
   takes_run_name(sub->add_option("source", command.source, "Run folder or record"), line)
       ->required()
       ->type_name("RUN|FILE");
-  sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the shipped one)")->type_name("RIG");
+  sub->add_option("--rig", command.rig_file, "Rig file of a simulated rig (default the run's, else the shipped one)")
+      ->type_name("RIG");
   CLI::Option* calibrate = sub->add_option("--calibrate", command.calibrate, "Fit these keys of [sim]; may be repeated")
                                ->type_name("KEY[=LOW:HIGH]");
   sub->add_option("--twin", command.twin, "Rig file to write the calibrated values to (default twin.toml)")
