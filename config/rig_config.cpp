@@ -96,8 +96,14 @@ class LimitChecks {
                       range.low, range.high, rig_.limits.travel_min_in, rig_.limits.travel_max_in));
       return;
     }
-    if (!range.contains(rig_.limits.travel_min_in)) add_issue("travel_min_in", expected, rig_.limits.travel_min_in);
-    if (!range.contains(rig_.limits.travel_max_in)) add_issue("travel_max_in", expected, rig_.limits.travel_max_in);
+    for (const auto& [end, limit_in] :
+         {std::pair("min", rig_.limits.travel_min_in), std::pair("max", rig_.limits.travel_max_in)}) {
+      if (range.contains(limit_in)) continue;
+      const bool is_far = std::abs(limit_in) > 2.0 * std::max(std::abs(range.low), std::abs(range.high));
+      const bool is_in_mm = is_far && range.contains(limit_in / kMillimetresPerInch);
+      add_issue(fmt::format("travel_{}_in", end),
+                expected + (is_in_mm ? fmt::format(" (millimetres? write travel_{}_mm)", end) : ""), limit_in);
+    }
   }
 
   void check_sensor(const SensorBand& sensor) {

@@ -256,6 +256,11 @@ INSTANTIATE_TEST_SUITE_P(
              "travel_max_in = 7",
              {"10:17: limits.travel_max_in: expected a displacement that the sensor can show, -6..6 in, got 7"}},
         Edit{&kSim,
+             "travel_max_in = 5.5",
+             "travel_max_in = 146",
+             {"10:17: limits.travel_max_in: expected a displacement that the sensor can show, -6..6 in (millimetres? "
+              "write travel_max_mm), got 146"}},
+        Edit{&kSim,
              "velocity_limit_in_per_s = 6.0",
              "velocity_limit_in_per_s = inf",
              {"12:27: limits.velocity_limit_in_per_s: expected a number above 0, got inf"}},
