@@ -225,17 +225,10 @@ std::optional<std::string> fit_of_run(const fs::path& folder) {
   try {
     const identify::Source source = identify::load_source(folder.string(), {}, {}, {});
     if (source.unmeasured.percent() > kMostUnmeasured) return std::nullopt;
-    ident::FitOptions options = identify::task_of(source).options;
-    std::string command = "eha fit " + shell_word(folder.string());
+    const ident::FitOptions options = identify::task_of(source).options;
     ident::check_record(source.record, options);
-    try {
-      static_cast<void>(ident::fit_rows(source.record, options));
-      return command;
-    } catch (const DataError&) {
-      options.discard_s = 0.0;
-      static_cast<void>(ident::fit_rows(source.record, options));
-      return command + " --discard 0";
-    }
+    static_cast<void>(ident::fit_rows(source.record, options));
+    return "eha fit " + shell_word(folder.string());
   } catch (const Error&) {
     return std::nullopt;
   }

@@ -83,8 +83,8 @@ struct RunCommand;
 [[nodiscard]] std::string next_after_trip(std::string_view description, bool moves_machine,
                                           const suggest::RigAccess& rig);
 
-/// `eha fit RUN`, with --discard 0 if the record ends within the discarded time; nothing for a record that is too short
-/// to fit, or has no rows to fit. Reads the record.
+/// `eha fit RUN`; nothing for a record that is too short to fit, as one that ends within the discarded time, whose
+/// start alone judges no model, or has no rows to fit. Reads the record.
 [[nodiscard]] std::optional<std::string> fit_of_run(const std::filesystem::path& folder);
 
 /// Whether a run has a row that can be read. False for a folder that this user may not read.

@@ -99,16 +99,13 @@ std::string fit_of_part(const Subject& subject) {
   ident::FitOptions options;
   options.decimation = static_cast<int>(number("decimation", options.decimation));
   options.split = number("split", options.split);
-  for (const double discard_s : {number("discard_s", 0.0), 0.0}) {
-    options.discard_s = discard_s;
-    try {
-      static_cast<void>(ident::fit_rows(*subject.record, options));
-      return "eha fit " + folder_word(subject) +
-             (discard_s > 0.0 || number("discard_s", 0.0) <= 0.0 ? "" : " --discard 0");
-    } catch (const DataError&) {  // too few rows are left
-    }
+  options.discard_s = number("discard_s", 0.0);
+  try {
+    static_cast<void>(ident::fit_rows(*subject.record, options));
+    return "eha fit " + folder_word(subject);
+  } catch (const DataError&) {  // too few rows are left
+    return {};
   }
-  return {};
 }
 
 std::string next_steps(const Subject& subject, const ReportedModel& reported, bool has_changed) {

@@ -111,7 +111,10 @@ TEST(Next, HasWholeCommands) {
   ended.record.emplace();
   ended.record->step_s = 0.1;
   ended.record->input = ended.record->output = Eigen::VectorXd::LinSpaced(60, 0.0, 1.0);
-  EXPECT_NE(box_of(ended).find("<code>eha fit /runs/run --discard 0</code>"), std::string::npos) << box_of(ended);
+  // The start alone, which the fit would discard, judges no model.
+  EXPECT_EQ(box_of(ended).find("eha fit"), std::string::npos) << box_of(ended);
+  (*ended.manifest)["experiment"]["record"]["discard_s"] = 1.0;
+  EXPECT_NE(box_of(ended).find("<code>eha fit /runs/run</code>"), std::string::npos) << box_of(ended);
 }
 
 TEST(Next, PlaysTheWholeExperimentAgainWhereARunThatEndedEarlyIsTooShort) {
