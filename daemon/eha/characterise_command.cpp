@@ -38,7 +38,7 @@ experiment files; writes valve_sheet.json and report.html into the run folder.
 With [following] in the rig file, the volts are centred on its null and go beyond its dead band. Without it the middle
 of the travel is explored first, at 0.7 mm/s (0.028 in/s), which takes some three minutes more; before a real actuator
 moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If a fault ends the run because [following] is
-wrong, comment [following] out for this run.
+wrong, as of a worn valve, --without-following -o FILE writes the rig file without it, for this measurement; nothing moves.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 -o RIG.toml writes the rig file with these numbers in [following], in millimetres where its units are "mm"; all else,
 comments too, stays. With RUN it is the file of --rig, else that of ehad, else the default one, and the run's own only
@@ -52,6 +52,7 @@ Examples:
 
 struct CharacteriseCommand : DriveOptions {
   std::optional<std::string> run = {};    ///< shows the sheet of this run; nothing moves
+  bool without_following = false;         ///< only writes the rig file without [following]; nothing moves
   std::optional<std::string> ruler = {};  ///< position of the rod, a length with its unit; none: asked for if needed
 };
 
@@ -144,6 +145,29 @@ ExitCode show_cut_sheet(const sheet::RunSheet& run, bool has_rig_file, const Dis
   return has_rig_file ? ExitCode::bad_data : ExitCode::ok;
 }
 
+/// Writes the rig file in use without [following], for a measurement that must not use it.
+ExitCode write_without_following(const CharacteriseCommand& command, const Console& console) {
+  if (command.output.extension() != ".toml") {
+    throw UsageError("--without-following: name the file to write, as with -o rig-bare.toml");
+  }
+  require_new(command.output);
+  const std::string of_service = command.local ? std::string() : rig_file_of_service(command.socket, console);
+  std::optional<std::string> file = command.rig_file;
+  if (!file && !of_service.empty()) file = of_service;
+  if (const auto usual = default_rig_file(); !file && usual) file = usual->string();
+  if (!file) throw UsageError("no rig file to copy; name one with --local --rig");
+  os::write_file_atomically(command.output, rig_text_without_following(config::load_rig(*file)));
+  console.print(fmt::format("written: {}, {} without [following]", command.output.string(), *file));
+  console.print_json({{"schema", "eha-rig-file/1"}, {"rig_file", command.output.string()}, {"of", *file}});
+  suggest::RigAccess rig = access_of(command);
+  if (!command.local) rig.is_disarmed = false;
+  if (command.local) rig.rig_file = command.output.string();
+  const std::string measure = suggest::characterise(rig);
+  console.next_step(of_service.empty() ? measure
+                                       : put_in_force(command.output, of_service, command.socket) + " && " + measure);
+  return ExitCode::ok;
+}
+
 }  // namespace
 
 ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std::optional<NewRigFile> rig_file,
@@ -214,6 +238,7 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
 }
 
 ExitCode execute(const CharacteriseCommand& command, Console& console) {
+  if (command.without_following) return write_without_following(command, console);
   const bool writes_rig = command.output.extension() == ".toml";
   if (writes_rig) require_new(command.output);
   if (!writes_rig && !command.local && command.output != DriveOptions{}.output) {
@@ -247,6 +272,8 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
   sub->add_option("--ruler", characterise.ruler,
                   "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")
       ->type_name("LENGTH");
+  sub->add_flag("--without-following", characterise.without_following,
+                "Only write the rig file without [following] (-o), to measure a valve that it does not describe");
   CLI::Option* local = add_drive_options(*sub, characterise);
   sub->get_option("--output")->remove_needs(local);
   sub->get_option("--output")

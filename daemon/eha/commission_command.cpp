@@ -243,7 +243,7 @@ class Commissioning {
   [[nodiscard]] bool is_of_table(const std::string& run) const {
     try {
       const record::Manifest manifest = record::read_manifest(run);
-      return manifest.report && !way_out_of_following(manifest.report->description, command_.rig_file).empty();
+      return manifest.report && !way_out_of_following(manifest.report->description, command_.rig_file, {}).empty();
     } catch (const Error& error) {
       console_.debug(error.what());
       return false;

@@ -5,14 +5,22 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/tick_record.hpp"
+#include "daemon/eha/next_command.hpp"
 
 namespace eha::cli {
 
-std::string way_out_of_following(std::string_view fault, const std::string& rig_file) {
+std::string rig_file_without_following(const suggest::RigAccess& rig) {
+  std::string command = "eha characterise --without-following -o " + shell_word(free_name("rig-bare.toml"));
+  if (!rig.is_local) return suggest::through(rig.socket, std::move(command));
+  return command + " --local" + (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
+}
+
+std::string way_out_of_following(std::string_view fault, const std::string& rig_file, const suggest::RigAccess& rig) {
   using acquisition::Fault;
   constexpr std::array kOfFollowing{Fault::no_motion,      Fault::not_in_place,  Fault::loop_speed,
                                     Fault::wrong_speed,    Fault::not_following, Fault::unexplained_motion,
@@ -24,9 +32,8 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
   if (cause == kOfFollowing.end()) return {};
   return fmt::format(
       "a wrong [following] of {} can cause this. If rod, sensor and hydraulics are sound, or if it was never measured "
-      "here: comment the table out for this run, which measures the valve without it (where ehad runs: eha disarm, eha "
-      "reload, eha arm)",
-      rig_file);
+      "here: `{}` writes a copy without it, moves nothing, and its Next measures the valve with that",
+      rig_file, rig_file_without_following(rig));
 }
 
 WayOut way_out_without_following(std::string_view fault, const std::string& rig_file) {

@@ -4,12 +4,18 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/suggest/commands.hpp"
+
 namespace eha::cli {
+
+/// `eha characterise --without-following -o rig-bare.toml`: a copy of the rig file in use; nothing moves.
+[[nodiscard]] std::string rig_file_without_following(const suggest::RigAccess& rig);
 
 /// Says how to measure the valve of a rig whose characterisation was ended by a fault that a wrong [following] can
 /// cause; empty for another fault.
 /// @param fault  its name, such as "no_motion", or a sentence that begins with it
-[[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file);
+[[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file,
+                                               const suggest::RigAccess& rig);
 
 /// The same of a rig file without [following], where the valve's edges may lie beyond what its rules allow, and the
 /// lines to write into the file.

@@ -311,6 +311,25 @@ std::string rig_text_with(const config::RigConfig& rig, const config::Following&
   return with_values(written, "following", sums);
 }
 
+std::string rig_text_without_following(const config::RigConfig& rig) {
+  std::string text;
+  bool is_inside = false;
+  for (std::size_t at = 0; at < rig.text.size();) {
+    const std::size_t end = std::min(rig.text.find('\n', at), rig.text.size() - 1) + 1;
+    const std::string line = rig.text.substr(at, end - at);
+    const std::size_t first = line.find_first_not_of(" \t\r\n");
+    if (first != std::string::npos && line[first] == '[') is_inside = line.compare(first, 11, "[following]") == 0;
+    const bool is_key = is_inside && first != std::string::npos && line[first] != '#';
+    text += (is_key ? "# " : "") + line;
+    at = end;
+  }
+  if (config::parse_rig(text, rig.file_name).limits.following) {
+    throw ConfigError(
+        fmt::format("{}: [following] is not written as a table of its own; comment it out by hand", rig.file_name));
+  }
+  return text;
+}
+
 std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s) {
   std::string text = with_values(rig, "realtime", {{"sample_period_s", fmt::format("{:#}", sample_period_s)}});
   static_cast<void>(config::parse_rig(text, rig.file_name));

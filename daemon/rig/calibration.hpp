@@ -81,6 +81,10 @@ struct LonePoint {
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with(const config::RigConfig& rig, const config::Following& following);
 
+/// Comments [following] out, the line of its head and all of its keys. Keeps all other text. Reads the text back as a
+/// rig file. @throws ConfigError  the table is not written below a head of its own
+[[nodiscard]] std::string rig_text_without_following(const config::RigConfig& rig);
+
 /// Replaces the tick in a rig file's text. Keeps all other text. Reads the text back as a rig file.
 /// @throws ConfigError  the new file would be wrong
 [[nodiscard]] std::string rig_text_with_tick(const config::RigConfig& rig, double sample_period_s);

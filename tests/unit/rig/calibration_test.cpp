@@ -144,6 +144,16 @@ TEST(CalibratedRigText, WritesMillimetresWhereTheUnitsOfTheFileAreMillimetres) {
   EXPECT_EQ(calibrated_rig_text(inches, {.scale_in_per_V = 0.61}, "2026-05-04").find("_mm_per_V"), std::string::npos);
 }
 
+TEST(RigTextWithoutFollowing, HasAllElse) {
+  const config::RigConfig rig = config::load_rig(kRigs + "sim.toml");
+  const config::RigConfig bare = config::parse_rig(rig_text_without_following(rig), "r.toml");
+  EXPECT_FALSE(bare.limits.following);
+  EXPECT_NE(bare.text.find("\n# null_V = -0.2 "), std::string::npos) << bare.text;
+  EXPECT_DOUBLE_EQ(bare.limits.travel_max_in, rig.limits.travel_max_in);
+  EXPECT_DOUBLE_EQ(bare.realtime.sample_period_s, rig.realtime.sample_period_s);
+  EXPECT_EQ(rig_text_without_following(bare), bare.text) << "there is nothing to comment out";
+}
+
 TEST(RigTextWith, HasASumThatFitsWhatWasMeasured) {
   config::Following following{.gain_positive_in_per_V_s = 0.0612345,
                               .gain_negative_in_per_V_s = 0.0498765,
