@@ -10,6 +10,9 @@
 
 namespace eha::config {
 
+/// A valve of which nothing is known is explored slowly before its sheet is played: for at most so long [s].
+inline constexpr double kLongestExploring_s = 900.0;
+
 /// The loop that keeps the rod near mid-travel while its valve is characterised: a low gain near the middle and a high
 /// gain towards the ends, so that an unknown null does not move the rod to a limit.
 ///   correction = clamp(gain off + wall (off beyond +-free), +-most),   off = middle - y

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -35,6 +37,10 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   const std::string reason = given.is_string() ? given.get<std::string>() : std::string();
   if (state == "idle") state = status.at("run").is_null() ? "not armed" : "starting";
   if (state == "faulted" && reason == kStarted) state = "not armed";
+  if (const nlohmann::ordered_json& run = status.at("run"); !run.is_null() && run.contains("exploring_at_most_s")) {
+    return fmt::format("{} (exploring: finds speeds and dead band before the triangles; at most {:.0f} min)", state,
+                       run.at("exploring_at_most_s").get<double>() / 60.0);
+  }
   if (reason.empty()) return state;
   // "...; run NAME" of a fault, whose run has all of it.
   constexpr std::string_view kRun = "; run ";

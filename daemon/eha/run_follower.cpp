@@ -107,8 +107,12 @@ void RunFollower::show(std::int64_t experiment, const Json& status) {
       std::string now_played;
       if (!run.is_null()) {
         const RunProgress progress = progress_of(status);
-        now_played = fmt::format(", experiment {} is at {:.0f} of {:.0f} s", run.at("entry").get<std::int64_t>(),
-                                 progress.played_s, progress.total_s);
+        const auto number = run.at("entry").get<std::int64_t>();
+        now_played =
+            progress.exploring_at_most_s > 0.0
+                ? fmt::format(", experiment {} explores before its {:.0f} s, for {} at most", number, progress.total_s,
+                              duration_text(progress.exploring_at_most_s - progress.elapsed_s))
+                : fmt::format(", experiment {} is at {:.0f} of {:.0f} s", number, progress.played_s, progress.total_s);
       }
       console_.info(state != "held" ? fmt::format("{} waits for {}{}; Ctrl-C here removes it from the queue", name,
                                                   reason, now_played)

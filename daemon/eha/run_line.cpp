@@ -68,6 +68,7 @@ RunProgress progress_of(const Json& status) {
                        .late = run.value("late", std::uint64_t{0}),
                        .skipped = run.value("skipped", std::uint64_t{0}),
                        .is_real_time = !run.value("fast", false),
+                       .exploring_at_most_s = number_in(run, "exploring_at_most_s"),
                        .is_placing = run.value("only_places", false)};
   if (const Json rod = status.value("rod", Json()); rod.is_object()) {
     progress.travel_min_in = number_in(rod, "travel_min_in");
@@ -93,7 +94,10 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
-  if (!progress.is_placing && progress.played_s <= 0.0 && progress.elapsed_s >= kShown_s) {
+  if (progress.exploring_at_most_s > 0.0) {
+    const double most_s = std::max(0.0, progress.exploring_at_most_s - progress.elapsed_s);
+    line += fmt::format("exploring, {} at most, then {}", duration_text(most_s), duration_text(left_s));
+  } else if (!progress.is_placing && progress.played_s <= 0.0 && progress.elapsed_s >= kShown_s) {
     line += fmt::format("preparing for {}, then {}", duration_text(progress.elapsed_s), duration_text(left_s));
   } else {
     line += duration_text(left_s) + (progress.is_placing ? " at most" : " left");
@@ -105,12 +109,13 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
   }
   line += fmt::format("  {:.3f} {}", factor * progress.displacement_in, length);
   if (progress.margin_in) line += fmt::format(", margin {:.2f} {}", factor * *progress.margin_in, length);
-  line += fmt::format("  {:+.2f} V, {} late", progress.applied_V, progress.late);
-  if (progress.skipped > 0) line += fmt::format(", {} skipped", progress.skipped);
-  // Last: a narrow terminal cuts the picture, not a figure.
+  line += fmt::format("  {:+.2f} V", progress.applied_V);
   if (progress.travel_max_in > progress.travel_min_in) {
     line += "  " + short_bar(progress.displacement_in, progress.travel_min_in, progress.travel_max_in, kBarWidth);
   }
+  // Last: a narrow terminal cuts the counters of ticks, not the rod. The report of the run has them whole.
+  line += fmt::format("  {} late", progress.late);
+  if (progress.skipped > 0) line += fmt::format(", {} skipped", progress.skipped);
   return line;
 }
 

@@ -28,6 +28,7 @@ struct RunProgress {
   std::uint64_t late = 0;     ///< ticks
   std::uint64_t skipped = 0;  ///< ticks
   bool is_real_time = true;
+  double exploring_at_most_s = 0.0;      ///< of a rod without [following], before the first row; 0: it is not explored
   bool is_placing = false;               ///< ends when the rod is in its place; total_s is then the longest duration
   std::optional<double> margin_in = {};  ///< predicted distance to the nearer travel limit [in]
 };

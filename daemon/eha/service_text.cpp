@@ -17,6 +17,7 @@
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/record/manifest.hpp"
 
 namespace eha::cli {
 
@@ -76,6 +77,7 @@ Json entry_of_run(const std::filesystem::path& run, const std::filesystem::path&
 std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
   std::vector<std::string> texts;
   std::optional<double> end_s;
+  bool is_bound = false;
   for (const auto& entry : entries) {
     const std::string state = entry.at("state");
     const double duration_s = entry.value("duration_s", 0.0);
@@ -84,6 +86,9 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
     if (entry.value("fast", false) || entry.value("only_places", false)) continue;
     if (state == "running" && strptime(entry.value("run", "").c_str(), "%Y%m%dT%H%M%SZ", &start) != nullptr) {
       end_s = static_cast<double>(timegm(&start)) + duration_s;
+      // Of a rod that is still explored the end is known as a bound only, and of what waits behind it.
+      is_bound = entry.contains("exploring_at_most_s");
+      *end_s += entry.value(is_bound ? "exploring_at_most_s" : "preparing_s", 0.0);
     } else if (state == "waiting" && end_s) {
       *end_s += duration_s;
     } else {
@@ -92,7 +97,7 @@ std::vector<std::string> end_times(const nlohmann::ordered_json& entries) {
     const auto seconds = static_cast<std::time_t>(*end_s);
     std::tm local{};
     localtime_r(&seconds, &local);
-    texts.back() = fmt::format("{:02}:{:02}", local.tm_hour, local.tm_min);
+    texts.back() = fmt::format("{}{:02}:{:02}", is_bound ? "by " : "", local.tm_hour, local.tm_min);
   }
   return texts;
 }
@@ -121,6 +126,12 @@ std::string result_text(const Json& entry) {
   const Json models = entry.value("models", Json::array());
   const auto accepted =
       std::count_if(models.begin(), models.end(), [](const Json& model) { return model.value("accepted", false); });
+  // The run has the rest of a fault: what it may come from, and what to do.
+  if (const std::string run = entry.value("run", ""); outcome == "faulted" && !run.empty()) {
+    Json end = entry;
+    end["note"] = record::without_remedy(note);
+    return fmt::format("{}; eha runs show {} says more", verdict_text(end), run);
+  }
   if (!note.empty() || models.empty()) return verdict_text(entry);
   return accepted > 0 ? fmt::format("{}, {} accepted", outcome, accepted) : outcome + ", none accepted";
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
 #include "daemon/ehad/supervisor.hpp"
@@ -118,6 +119,12 @@ Json Supervisor::entry(EntryId id) const {
   if (found == queue_.entries().end()) return nullptr;
   Json described = service::describe(found->second);
   if (!found->second.run.empty()) described["folder"] = (runs_folder() / found->second.run).string();
+  if (active_ && active_->entry == id && active_->playing) {
+    const Snapshot now = active_->watch->board.read();
+    const double played_s = now.experiment_row * rig_.config()->realtime.sample_period_s;
+    described["preparing_s"] = std::max(0.0, static_cast<double>(now.elapsed_ns) * 1e-9 - played_s);
+    if (active_->explores && now.experiment_row == 0) described["exploring_at_most_s"] = config::kLongestExploring_s;
+  }
   if (fitter_.entry() == id) {
     const Fitter::Spent spent = fitter_.spent();
     described["fitting_s"] = spent.elapsed_s;

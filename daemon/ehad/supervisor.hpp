@@ -104,6 +104,7 @@ class Supervisor {
     std::string stopped_by = {};                   ///< the first stop and its user
     std::optional<Clock::time_point> played = {};  ///< when the loop was seen to have ended
     bool lost_client = false;                      ///< whose connection had to be open until it plays
+    bool explores = false;                         ///< before the first row, see config::kLongestExploring_s
     std::string moved = {};  ///< the rod did, or its reading, or a line, before it plays; says how
   };
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/experiment_config.hpp"
+#include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "daemon/ehad/play.hpp"
 #include "daemon/ehad/supervisor.hpp"
@@ -27,11 +28,15 @@ bool is_rehearsed(const Entry& entry, const RigKeeper::Config& rig, double place
   return entry.rehearsed->place_in && std::abs(place_in - *entry.rehearsed->place_in) <= kSamePlace_in;
 }
 
+/// Whether the rod is explored before the first row, as one whose valve is not known.
+bool explores(const Entry& entry, const config::RigConfig& rig) {
+  return !rig.limits.following && config::characterises(entry.experiment, entry.file);
+}
+
 /// A ruler's reading is compared with the sensor when the first measurement of a valve is submitted. It says nothing of
 /// another rig file, nor of a rod that was moved since. @throws ConfigError
 void require_ruler_still_valid(const Entry& entry, const config::RigConfig& rig) {
-  if (!needs_ruler(rig)) return;
-  if (!config::parse_experiment(entry.experiment, entry.file).characterises()) return;
+  if (!needs_ruler(rig) || !explores(entry, rig)) return;
   throw ConfigError(fmt::format(
       "{}: the rod stands elsewhere than when a ruler's reading was compared with the sensor, or the rig file was "
       "reloaded since: ask for it again (eha characterise), with a new reading",
@@ -140,7 +145,8 @@ void Supervisor::start(Entry& entry) {
   active_.emplace(ActiveRun{.entry = entry.id,
                             .playing = false,
                             .watch = std::make_shared<play::RunWatch>(),
-                            .stop = std::make_shared<acquisition::StopRequest>()});
+                            .stop = std::make_shared<acquisition::StopRequest>(),
+                            .explores = explores(entry, *rig_.config())});
   active_->watch->samples = &rig_.samples();
   update_inhibitor();
   acquisition::Snapshot first;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/characterisation.hpp"
+
 namespace eha::place {
 namespace {
 
@@ -25,7 +27,6 @@ constexpr double kMoves_in = 0.03;     ///< of a leg: the rod moves
 constexpr double kProgress_in = 0.01;
 constexpr double kStandstill_s = 4.0;
 constexpr double kAtMost_s = 2.0;  ///< at the greatest command without progress
-constexpr double kLongest_s = 900.0;
 constexpr double kBackwards_in = 0.3;
 constexpr double kBeyondSlow_V = 0.03;    ///< the slow speed is surely due
 constexpr double kDue_s = 1.0;            ///< without progress
@@ -205,7 +206,8 @@ void Explorer::check() noexcept {
   const bool is_known = slow_s_[direction_ > 0.0 ? 0 : 1] >= kKnownSlowly_s;
   if (due_s_ > (is_known ? kDue_s : kDueAfterPulse_s)) trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
   elapsed_s_ += period_s_;
-  if (elapsed_s_ > kLongest_s) trip(Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0);
+  if (elapsed_s_ > config::kLongestExploring_s)
+    trip(Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0);
 }
 
 void Explorer::trip(Fault fault, double value, double limit) noexcept {

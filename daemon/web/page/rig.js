@@ -36,7 +36,10 @@ export class RigView {
     const reason = typeof status.reason === 'string' ? status.reason : '';
     setText(byId('state-glyph'), known.glyph);
     setText(byId('state-word'), state);
-    const meaning = state === 'idle' && reason ? reason : known.meaning;
+    const exploring_s = status.run?.exploring_at_most_s;
+    const meaning = exploring_s
+      ? `exploring: finds speeds and dead band before the triangles; at most ${fixed(exploring_s / 60, 0)} min`
+      : state === 'idle' && reason ? reason : known.meaning;
     const fitting = status.worker ? `; fitting ${status.worker.entry} "${status.worker.name}"` : '';
     setText(byId('state-meaning'), isDriven(status) ? meaning : meaning + fitting);
     setAttribute(byId('state'), 'data-state', state);
@@ -78,7 +81,9 @@ export class RigView {
       return;
     }
     const left_s = run.experiment_total_s - run.experiment_s;
-    setText(byId('fact-time'), `${fixed(run.experiment_s, 1)} of ${fixed(run.experiment_total_s, 1)} s, ${duration(left_s)} left`);
+    setText(byId('fact-time'), run.exploring_at_most_s
+      ? `exploring, ${duration(Math.max(0, run.exploring_at_most_s - run.elapsed_s))} at most, then ${duration(left_s)}`
+      : `${fixed(run.experiment_s, 1)} of ${fixed(run.experiment_total_s, 1)} s, ${duration(left_s)} left`);
     progress.value = run.experiment_s / Math.max(run.experiment_total_s, 1e-9);
     setText(byId('fact-ticks'), `${count(run.ticks)}: ${count(run.late)} late, ${count(run.skipped)} skipped, ` +
       `latency at most ${fixed(run.latency_max_us, 0)} us`);

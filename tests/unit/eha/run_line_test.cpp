@@ -24,10 +24,23 @@ RunProgress in_mid_stroke() {
 TEST(RunLine, SaysWhatIsLeftWhereTheRodIsAndWhatIsPredicted) {
   const std::string line = run_line(in_mid_stroke(), DisplayUnit(), kNow);
   EXPECT_EQ(line.find("37.7 s left, end "), 0U) << line;
-  EXPECT_NE(line.find("  2.953 in, margin 0.80 in  +1.20 V, 0 late  [==----#----==]"), std::string::npos) << line;
+  EXPECT_NE(line.find("  2.953 in, margin 0.80 in  +1.20 V  [==----#----==]  0 late"), std::string::npos) << line;
   EXPECT_LE(line.size(), 100U);
   EXPECT_NE(run_line(in_mid_stroke(), DisplayUnit("mm"), kNow).find("75.006 mm, margin 20.32 mm  +1.20 V"),
             std::string::npos);
+}
+
+TEST(RunLine, HasTheRodWithin80ColumnsHoweverManyTicksWereLate) {
+  RunProgress progress = in_mid_stroke();
+  progress.displacement_in = 5.75;
+  progress.applied_V = -1.2;
+  progress.late = 12345;
+  progress.skipped = 12345;
+  progress.margin_in.reset();
+  const std::string line = run_line(progress, DisplayUnit("mm"), kNow);
+  constexpr std::size_t kBefore = 11;  // "eha: info: "
+  EXPECT_LE(line.find(']') + kBefore, 80U) << line;
+  EXPECT_NE(line.find("]  12345 late, 12345 skipped"), std::string::npos) << line;
 }
 
 TEST(RunLine, SaysNothingOfARunBeforeItsFirstTick) { EXPECT_EQ(run_line({}, DisplayUnit(), kNow), "about to begin"); }
@@ -40,6 +53,15 @@ TEST(RunLine, CountsThePreparationWhoseLengthNobodyKnows) {
       << run_line(progress, DisplayUnit(), kNow);
   progress.is_placing = true;
   EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("50.0 s at most  "), 0U);
+}
+
+TEST(RunLine, BoundsTheTimeInWhichARodIsExplored) {
+  RunProgress progress = in_mid_stroke();
+  progress.played_s = 0.0;
+  progress.elapsed_s = 34.0;
+  progress.exploring_at_most_s = 900.0;
+  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("exploring, 14:26 min at most, then 50.0 s  2.953 in"), 0U)
+      << run_line(progress, DisplayUnit(), kNow);
 }
 
 TEST(RunLine, BeginsWithALimitThatIsNear) {

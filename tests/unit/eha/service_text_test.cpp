@@ -25,6 +25,17 @@ TEST(EndTimes, FollowOneAnotherFromTheStartOfTheRun) {
   EXPECT_EQ(end_times(entries), (std::vector<std::string>{"", "00:05", "00:07", "", "", "00:10"}));
 }
 
+TEST(EndTimes, AreABoundWhileTheRodIsExploredAndCountThePreparationAfterwards) {
+  setenv("TZ", "UTC", 1);
+  tzset();
+  Json entries{{{"state", "running"}, {"duration_s", 120.0}, {"run", "20261123T235500Z-characterise"}},
+               {{"state", "waiting"}, {"duration_s", 60.0}, {"run", ""}}};
+  entries[0]["preparing_s"] = 200.0;
+  EXPECT_EQ(end_times(entries), (std::vector<std::string>{"00:00", "00:01"}));
+  entries[0]["exploring_at_most_s"] = 900.0;
+  EXPECT_EQ(end_times(entries), (std::vector<std::string>{"by 00:12", "by 00:13"}));
+}
+
 TEST(EndTimes, AreUnknownWhereNothingIsPlayed) {
   const Json entries{{{"state", "waiting"}, {"duration_s", 120.0}, {"run", ""}}};
   EXPECT_EQ(end_times(entries), std::vector<std::string>{""});
@@ -41,6 +52,21 @@ TEST(VerdictText, SaysNothingTwice) {
   EXPECT_EQ(verdict_text({{"outcome", "interrupted"}, {"note", "interrupted by a stop request"}}),
             "interrupted by a stop request");
   EXPECT_EQ(verdict_text({{"outcome", "faulted"}, {"note", "no_motion at 1 s"}}), "faulted: no_motion at 1 s");
+}
+
+TEST(QueueTable, LeavesWhatToDoAfterAFaultToItsRun) {
+  const Json faulted{{"entry", 3},
+                     {"name", "paper"},
+                     {"state", "over"},
+                     {"outcome", "faulted"},
+                     {"run", "20261123T100000Z-paper"},
+                     {"note",
+                      "travel_limit at 34.038 s: the rod is at, or would not stop before, 146.008 mm, the "
+                      "limit is 146.000 mm; lower the excitation or start further from the end"}};
+  const std::string table = queue_table(Json::array({faulted}));
+  EXPECT_EQ(table.find("lower the excitation"), std::string::npos) << table;
+  EXPECT_NE(table.find("20261123T100000Z-paper"), std::string::npos) << table;
+  EXPECT_NE(table.find("says more"), std::string::npos) << table;
 }
 
 TEST(QueueTable, LeavesCancelledOnesOutAndWrapsLongResults) {
