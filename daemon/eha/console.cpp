@@ -22,6 +22,7 @@
 
 #include "core/error.hpp"
 #include "core/terminal_text.hpp"
+#include "daemon/eha/closed_pipe.hpp"
 #include "daemon/eha/next_command.hpp"
 
 namespace eha::cli {
@@ -237,6 +238,7 @@ void Console::flush() const {
     // for the same reason.
     if (errno == 0 && ::write(STDOUT_FILENO, "\n", 1) == 1) errno = EIO;
     const int reason = errno;
+    if (reason == EPIPE) throw ClosedPipe("nobody reads standard output");
     throw IoError(fmt::format("cannot write to standard output: {}", error_text(reason)));
   }
 }

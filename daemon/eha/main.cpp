@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/os/memory.hpp"
 #include "core/os/standard_streams.hpp"
+#include "daemon/eha/closed_pipe.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -33,7 +34,7 @@ ExitCode run_program(int argc, char** argv) {
   own_pid = getpid();
   // A signal that nohup or a background shell ignores stays ignored.
   if (std::signal(SIGINT, end_interrupted) == SIG_IGN) std::signal(SIGINT, SIG_IGN);
-  // A closed pipe, or a file at its size limit, must cause an error message and not end the process silently.
+  // A closed pipe, or a file at its size limit, must be an error here and not end the process in the middle.
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});
   eha::cli::ParsedLine line;
@@ -49,6 +50,9 @@ ExitCode run_program(int argc, char** argv) {
     }
     console.flush();
     return code;
+  } catch (const eha::cli::ClosedPipe& error) {
+    console.end_progress();
+    return error.exit_code();
   } catch (const eha::Error& error) {
     console.end_progress();
     const bool is_of_input = error.exit_code() != ExitCode::safety_trip && error.exit_code() != ExitCode::bug;
