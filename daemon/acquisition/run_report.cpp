@@ -123,7 +123,8 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
           "say what keeps the computer busy: mend that before you raise the limit",
           value, limit);
     case Fault::second_stop:
-      return "stopped at once by a second stop request";
+      return "stopped at once by a second stop request; a person wanted it, and the state is faulted because the rig "
+             "was made safe without a ramp";
     case Fault::safe_write_failed:
       return fmt::format("the device did not confirm the safe output at the end of the run ({})", status);
     case Fault::not_following:

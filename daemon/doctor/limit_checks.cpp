@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "config/needs_following.hpp"
 #include "daemon/rig/arming.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -40,7 +41,11 @@ std::vector<std::string> loose_limits(const config::RigConfig& rig) {
 
 Check check_limits(const config::RigConfig& rig) {
   std::vector<std::string> loose;
-  if (hal::moves_machine(rig.backend)) loose = loose_limits(rig);
+  if (hal::moves_machine(rig.backend)) {
+    loose = loose_limits(rig);
+  } else if (!rig.limits.following) {
+    loose.emplace_back(config::kNotFollowed);
+  }
   const ArmingFindings findings = arming_findings(rig);
   if (!findings.refusals.empty()) {
     return fail("limits", fmt::format("the rig cannot be armed\n{}", fmt::join(findings.refusals, "\n")),

@@ -11,6 +11,8 @@
 #include "config/controller_config.hpp"
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
+#include "config/measured_check.hpp"
+#include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "daemon/control/client.hpp"
@@ -79,7 +81,18 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
 
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
   require_protecting_limits(rig);
+  const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
+  std::error_code ignored;
+  const bool is_of_service = service && std::filesystem::equivalent(service->file, command.file, ignored);
+  const bool lacks_following = !rig.limits.following && !hal::moves_machine(rig.backend);
+  const auto& following = rig.limits.following;
+  const bool is_changed =
+      following && following->measured_check && following->measured_rig_check && !config::is_as_measured(rig);
+  console.set_rig(is_of_service || (service && service->name == rig.name)
+                      ? access_of(DriveOptions{.socket = command.socket})
+                      : access_of_rig(rig, command.file));
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
+  if (lacks_following) console.warning(std::string(config::kNotFollowed));
   const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
@@ -89,19 +102,15 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                   command.file, rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V,
                   rig.limits.slew_V_per_s, unit.factor("in") * rig.limits.travel_min_in,
                   unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
-  // A new file of the service's rig is there to be put in force.
-  const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
-  std::error_code ignored;
-  if (service && std::filesystem::equivalent(service->file, command.file, ignored)) {
-    if (service->change) {
-      console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));
-      return;
-    }
-  } else if (service && service->name == rig.name) {
+  if (is_changed || (lacks_following && !(service && service->change))) {  // to be measured before it is in force
+    console.next_step(suggest::characterise(console.rig()));
+  } else if (is_of_service && service->change) {
+    console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));
+  } else if (!is_of_service && service && service->name == rig.name) {  // a new file of the service's rig
     console.next_step(put_in_force(command.file, service->file, command.socket));
-    return;
+  } else {
+    console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));
   }
-  console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));
 }
 
 void report_controller(const CheckCommand& command, const config::ControllerConfig& controller, Console& console) {
@@ -158,7 +167,12 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (rig) {
     warn_if_not_fittable(experiment, *rig, command.file, console);
-    warn_if_not_rehearsed(experiment, *rig, command.file, console);
+    console.set_rig(on_service ? access_of(DriveOptions{.socket = *on_service})
+                               : access_of_rig(*rig, command.rig_file));
+    if (warn_if_not_rehearsed(experiment, *rig, command.file, console)) {
+      console.next_step(suggest::characterise(console.rig()));
+      return;
+    }
   }
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
   console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))

@@ -62,8 +62,8 @@ void require_within_travel(const config::ExperimentConfig& experiment, const con
 void warn_if_not_fittable(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                           const std::string& experiment_file, const Console& console);
 
-/// Warns of an experiment that cannot be rehearsed, because the rig file has no [following].
-void warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+/// Warns of an experiment that cannot be rehearsed, because the rig file has no [following]. @returns whether it did
+bool warn_if_not_rehearsed(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
                            const std::string& experiment_file, const Console& console);
 
 /// Says that the rod moves a little and back before the experiment; see config::shows_motion_first().
@@ -83,8 +83,8 @@ void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_
 
 /// Reports the drift, and the offset that stops it, for a run that reached a limit, from the files in its folder;
 /// nothing if they do not determine it.
-/// @returns whether the rod was driven by another valve than that of [following], or by a leak, which a valve sheet
-/// shows
+/// @returns whether the rod was driven by another valve than that of [following], which may be missing, or by a leak,
+/// which a valve sheet shows
 bool explain_trip(const std::string& run_folder, const Console& console);
 
 }  // namespace eha::cli

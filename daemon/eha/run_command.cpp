@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/characterisation.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
 #include "core/display_unit.hpp"
@@ -199,6 +200,8 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
         progress.is_real_time = !command.fast;
         progress.is_placing = experiment.config.placing() != nullptr;
         progress.margin_in = margin_in;
+        const bool explores = experiment.config.characterises() && !rig_config.limits.following;
+        if (explores && progress.played_s <= 0.0) progress.exploring_at_most_s = config::kLongestExploring_s;
         console.show_run(run_line(progress, unit, std::chrono::system_clock::now()));
       });
   console.end_progress();
@@ -243,7 +246,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   const std::string folder = run.folder.string();
   if (characterises) {
     const std::string end = acquisition::describe(run.report, unit);
-    const WayOut way_out = rig.limits.following ? WayOut{way_out_of_following(end, rig.file_name), {}}
+    const WayOut way_out = rig.limits.following ? WayOut{way_out_of_following(end, rig.file_name, console.rig()), {}}
                                                 : way_out_without_following(end, rig.file_name);
     if (!way_out.sentence.empty()) console.info(way_out.sentence);
     if (!way_out.lines.empty()) console.print(way_out.lines);

@@ -118,8 +118,8 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   }
   if (measured_valve) {
     const std::string file = rig.value("file", "");
-    const WayOut way_out =
-        has_following ? WayOut{way_out_of_following(note, file), {}} : way_out_without_following(note, file);
+    const WayOut way_out = has_following ? WayOut{way_out_of_following(note, file, console.rig()), {}}
+                                         : way_out_without_following(note, file);
     if (!way_out.sentence.empty()) console.info(way_out.sentence);
     if (!way_out.lines.empty()) console.print(way_out.lines);
   }
@@ -200,6 +200,7 @@ void rehearse_for_service(const ExperimentFile& file, const Json& status, Travel
     warn_if_not_rehearsed(prepared->config, *rig, file.name, console);
     say_motion_shown_first(prepared->config, *rig, console);
     if (!status.at("run").is_null()) {
+      if (!rig->limits.following) return;  // nothing rehearses it
       console.info(
           fmt::format("{}: another experiment moves the rod; this one is rehearsed before it begins, from where "
                       "the rod stands then",
@@ -282,7 +283,16 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   return client.call("submit", options({{"experiments", std::move(list)}}), patience, is_stopped).at("entries");
 }
 
-ExitCode leave(const Json& entries, const RunCommand& command, const Console& console) {
+/// "the lease is meier's for another 540 s" where somebody else holds it; else empty.
+std::string lease_of_another(Client& client, const std::string& waits_for) {
+  if (!waits_for.starts_with("the lease of ")) return {};
+  const Json lease = client.call("status").at("lease");
+  if (lease.is_null()) return {};
+  return fmt::format("the lease is {}'s for another {:.0f} s", lease.at("user").get<std::string>(),
+                     lease.at("remaining_s").get<double>());
+}
+
+ExitCode leave(Client& client, const Json& entries, const RunCommand& command, const Console& console) {
   console.print_json({{"schema", "eha-queued/1"}, {"entries", entries}});
   for (const Json& entry : entries) {
     console.print(fmt::format("experiment {} \"{}\" is {}", entry.at("entry").get<std::int64_t>(),
@@ -290,13 +300,19 @@ ExitCode leave(const Json& entries, const RunCommand& command, const Console& co
   }
   const Json& first = entries.front();
   const bool is_held = first.at("state") == "held";
-  if (is_held) {
+  const std::string lease = is_held ? lease_of_another(client, first.value("waits_for", "")) : std::string();
+  if (!lease.empty()) {  // `eha arm` would be refused until then
+    const std::string what = entries.size() == 1 ? fmt::format(" {}", first.at("entry").get<std::int64_t>()) : "";
+    console.info(fmt::format("{}; after that, or their `eha disarm`: `{} && {}`", lease,
+                             through(command.socket, "eha arm"), through(command.socket, "eha queue release" + what)));
+  } else if (is_held) {
     console.info(entries.size() == 1
                      ? fmt::format("it waits for {}", first.value("waits_for", ""))
                      : fmt::format("they wait for their release: {}", through(command.socket, "eha queue release")));
   }
   const char* verdicts = entries.size() == 1 ? "its verdict once it is fitted" : "their verdicts once they are fitted";
   console.info(fmt::format("{} lists {}", through(command.socket, "eha queue"), verdicts));
+  if (!lease.empty()) return ExitCode::ok;
   console.next_step(is_held ? through(command.socket, "eha arm") : through(command.socket, "eha status --watch"));
   return ExitCode::ok;
 }
@@ -394,7 +410,7 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
     console.info(fmt::format("experiment {} \"{}\" on {} ({})", queued.back(), entry.at("name").get<std::string>(),
                              rig.at("name").get<std::string>(), rig.at("file").get<std::string>()));
   }
-  if (command.detach) return leave(entries, command, console);
+  if (command.detach) return leave(client, entries, command, console);
   RunFollower follower(command.socket, client, queued, console.unit(units), console);
   if (queued.size() == 1) {
     const auto entry = follower.follow(queued[0], stop, RunFollower::Held::wait);

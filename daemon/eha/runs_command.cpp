@@ -41,6 +41,7 @@ using Json = nlohmann::ordered_json;
 struct RunsListCommand {
   std::optional<std::filesystem::path> folder = {};  ///< none: "runs", or the service's where that is not there
   std::optional<std::filesystem::path> socket = {};  ///< ask this service
+  bool all = false;                                  ///< placings that reached their place, too
 };
 
 struct RunsShowCommand {
@@ -60,6 +61,7 @@ struct RunList {
 std::string verdict_of(const record::RunSummary& run) {
   if (run.purpose == record::Purpose::placing) return "a move to a place";
   if (run.purpose == record::Purpose::valve_sheet) {
+    if (run.outcome == record::kInProgress) return "-";
     std::error_code error;
     const bool has_sheet = fs::exists(fs::path(run.folder) / sheet::kSheetFile, error);
     return has_sheet || error ? "a valve sheet"
@@ -204,7 +206,15 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   std::vector<std::vector<std::string>> rows;
   std::map<std::string, std::string> progress;
   if (asks_service) progress = progress_of_service(command.socket.value_or(control::default_socket()));
+  std::size_t left_out = 0;
+  std::string last = list.runs.back().folder;
   for (const record::RunSummary& run : list.runs) {
+    const bool is_done = acquisition::is_whole(run.outcome) && run.fault.empty();
+    if (!command.all && run.purpose == record::Purpose::placing && is_done) {
+      ++left_out;
+      continue;
+    }
+    last = run.folder;
     const std::string name = fs::path(run.folder).filename().string();
     const auto under_way = progress.find(name);
     rows.push_back({name, run.fault.empty() ? run.outcome : run.outcome + ": " + run.fault,
@@ -213,12 +223,16 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
   }
   console.print(
       text_table({{"run", Align::left}, {"outcome", Align::left}, {"s", Align::right}, {"models", Align::left}}, rows));
+  if (left_out > 0) {
+    console.print(fmt::format("{} move{} to a place left out; --all lists {}", left_out, left_out == 1 ? "" : "s",
+                              left_out == 1 ? "it" : "them"));
+  }
   name_latest(list, console);
   if (!asks_service && has_torn_run(here)) {
     console.next_step("eha runs recover " + shell_word(here.string()));
     return ExitCode::ok;
   }
-  console.next_step("eha runs show " + shell_word(list.runs.back().folder));
+  console.next_step("eha runs show " + shell_word(last));
   return ExitCode::ok;
 }
 
@@ -257,6 +271,9 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
   if (!has_rows(command.run)) {  // nothing to fit or to draw
     const std::string fault = manifest.report ? manifest.report->description : std::string();
+    const bool is_wanted = *manifest.outcome == acquisition::Outcome::interrupted ||
+                           fault_name(fault) == acquisition::to_text(acquisition::Fault::second_stop);
+    if (is_wanted) return {through(command.socket, "eha status")};
     return {is_of_rod(fault) ? next_after_trip(fault, moves_machine(manifest.other), rig) : "eha doctor"};
   }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
@@ -344,6 +361,8 @@ void add_runs(CLI::App& app, ParsedLine& line) {
   // Without a subcommand it lists. Other subcommands have a --socket of their own.
   const auto listing = std::make_shared<RunsListCommand>();
   add_socket_option(*sub, listing->socket);
+  constexpr const char* kAllHelp = "Also moves to a place that came there";
+  sub->add_flag("--all", listing->all, kAllHelp);
   sub->callback([sub, listing, &line] {
     if (sub->get_subcommands().empty()) line.command = Request<RunsListCommand>{*listing};
   });
@@ -352,6 +371,7 @@ void add_runs(CLI::App& app, ParsedLine& line) {
   list->add_option("folder", listing->folder, "Folder of run folders (default runs, else the service's)")
       ->type_name("DIR");
   add_socket_option(*list, listing->socket);
+  list->add_flag("--all", listing->all, kAllHelp);
   CLI::App* show = sub->add_subcommand("show", "Show outcome, models and verdicts of a run");
   auto& shown = options_of<RunsShowCommand>(*show, line);
   show->add_option("run", shown.run, "Run folder, or its name")->required()->type_name("RUN");

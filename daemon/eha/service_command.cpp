@@ -209,12 +209,13 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     // A person should look at the run of a fault before the next one.
     const std::string run = answer.value("acknowledged_run", "");
     if (!run.empty()) next(("eha runs show " + shell_word(run)).c_str());
-    const std::string run_any = "eha run " + shell_word(an_experiment());
+    // Which of the rig's limits it reaches from where the rod stands is not known here.
+    const std::string check_any = "eha check " + shell_word(an_experiment());
     const bool goes_on = run.empty() || !way.empty() || !answer.value("held", Json::array()).empty();
     if (!goes_on) return;
     next(!way.empty()                                   ? way.c_str()
          : !answer.value("held", Json::array()).empty() ? "eha queue release"
-         : answer.value("characterised", true)          ? run_any.c_str()
+         : answer.value("characterised", true)          ? check_any.c_str()
                                                         : "eha characterise -o rig-new.toml");
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
@@ -323,11 +324,21 @@ ExitCode execute(const ServiceCommand& command, Console& console) {
                        console);
   }
   console.keep_documents();
-  for (const std::int64_t entry : command.entries) call_method(client, command, entry, console);
+  ExitCode code = ExitCode::ok;
+  for (const std::int64_t entry : command.entries) {
+    try {
+      call_method(client, command, entry, console);
+    } catch (const control::ConnectionLost&) {
+      throw;
+    } catch (const Error& error) {  // one that began meanwhile must not keep the others
+      console.error(error.what());
+      if (code == ExitCode::ok) code = error.exit_code();
+    }
+  }
   const Json documents = console.taken_documents();
   console.print_json({{"answers", documents}});
   console.next_step(through(command.socket, "eha queue"));
-  return ExitCode::ok;
+  return code;
 }
 
 namespace {

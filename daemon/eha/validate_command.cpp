@@ -128,7 +128,10 @@ std::string effect_beside(const ident::Model& model, const ident::ValidationRepo
   };
   const auto own = shown(model.validation);
   const auto here = shown(other);
-  return own && here && own->kind != here->kind ? ident::effect_of(model) : std::string();
+  if (!own || !here) return {};
+  // A record that does not tell two effects apart names both: one of them may be that of the other record.
+  const bool is_named = here->kind == own->kind || here->or_kind == own->kind || own->or_kind == here->kind;
+  return is_named ? std::string() : ident::effect_of(model);
 }
 
 /// Whether a file needs no option to be read, as `eha compare` has none.

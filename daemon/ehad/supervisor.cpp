@@ -126,9 +126,7 @@ Json Supervisor::armed_answer(uid_t uid) const {
   }
   const bool is_characterised = rig_.config()->limits.following.has_value();
   if (!is_characterised) {
-    remarks.push_back(rig_.moves_machine() ? std::string(config::kNeedsFollowing)
-                                           : "the rig file has no [following]: experiments are not rehearsed, and a "
-                                             "rod that does not follow is found late");
+    remarks.push_back(std::string(rig_.moves_machine() ? config::kNeedsFollowing : config::kNotFollowed));
   }
   return {{"state", acquisition::to_text(state())},
           {"lease_remaining_s", lease_.remaining(Clock::now()).count()},

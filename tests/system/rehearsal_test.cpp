@@ -159,8 +159,20 @@ TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   const Ended checked = run_eha({"check", paper, "--rig", "rig.toml"}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err;
   EXPECT_NE(checked.err.find(missing), std::string::npos) << checked.err;
-  EXPECT_NE(checked.err.find("play `eha characterise -o rig-new.toml --local --fast` first"), std::string::npos)
-      << checked.err;
+  const std::string measure = "eha characterise -o rig-new.toml --local --fast --rig rig.toml";
+  EXPECT_NE(checked.err.find("play `" + measure + "` first"), std::string::npos) << checked.err;
+  EXPECT_NE(checked.out.find("Next: " + measure + "\n"), std::string::npos)
+      << "the run is no step before it: " << checked.out;
+  const Ended rig_itself = run_eha({"check", "rig.toml"}, folder.path());
+  EXPECT_NE(rig_itself.err.find("experiments are not rehearsed"), std::string::npos) << rig_itself.err;
+  EXPECT_NE(rig_itself.out.find("Next: " + measure + "\n"), std::string::npos) << rig_itself.out;
+  // A rig without its valve is written on request, and nothing moves.
+  const Ended bare = run_eha({"characterise", "--without-following", "-o", "bare.toml", "--local", "--rig",
+                              source_file("config/rigs/sim.toml")},
+                             folder.path());
+  EXPECT_EQ(bare.code, 0) << bare.err;
+  EXPECT_NE(bare.out.find("--rig bare.toml\n"), std::string::npos) << bare.out;
+  EXPECT_NE(run_eha({"check", "bare.toml"}, folder.path()).err.find("no [following]"), std::string::npos);
   const Ended told = run_eha({"check", paper, "--rig", "rig.toml", "--json"}, folder.path());
   EXPECT_TRUE(Json::parse(told.out).at("rehearsal").is_null()) << told.out;
   folder.write("short.toml",

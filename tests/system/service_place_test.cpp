@@ -61,7 +61,7 @@ TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
 }
 
 TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
-  EXPECT_NE(eha({"arm"}).out.find("Next: eha run "), std::string::npos);
+  EXPECT_NE(eha({"arm"}).out.find("Next: eha check "), std::string::npos);
   std::string rig = content_of(daemon_.rig_file());
   const std::size_t following = rig.find("\n[following]");
   ASSERT_NE(following, std::string::npos) << rig;
@@ -77,7 +77,7 @@ TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
   EXPECT_EQ(eha({"status"}).out.find("until eha reload"), std::string::npos);
   const Ended armed = eha({"arm"});
   EXPECT_NE(armed.out.find("Next: eha characterise"), std::string::npos) << armed.out << armed.err;
-  EXPECT_NE(armed.err.find("has no [following]"), std::string::npos) << armed.out << armed.err;
+  EXPECT_NE(armed.err.find("no [following] in the rig file"), std::string::npos) << armed.out << armed.err;
 }
 
 TEST_F(ServicePlace, LeadsFromACheckedRigFileToTheService) {
@@ -264,7 +264,7 @@ TEST_F(ServicePlace, BringsBackARodBeyondALimitOnlyWhenItWasSeenThere) {
   ASSERT_EQ(back.code, 0) << back.err;
   EXPECT_NEAR(rod_in(), 2.95, 0.03);
   EXPECT_EQ(back.err.find("lower the excitation"), std::string::npos) << "it was the way back: " << back.err;
-  EXPECT_NE(eha({"arm"}).out.find("Next: eha run "), std::string::npos);
+  EXPECT_NE(eha({"arm"}).out.find("Next: eha check "), std::string::npos);
 }
 
 TEST_F(ServicePlace, MovesALocalRigToo) {

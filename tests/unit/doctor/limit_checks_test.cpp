@@ -47,6 +47,14 @@ TEST(LimitChecks, OfASimulatedRigSayWhatAMachineWouldBeRefusedFor) {
   EXPECT_TRUE(names(check, "following.measured_check does not fit")) << check.found;
 }
 
+TEST(LimitChecks, DoNotCallASimulatedRodFollowedWithoutFollowing) {
+  config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  rig.limits.following.reset();
+  const Check check = check_limits(rig);
+  EXPECT_EQ(check.level, Level::warn);
+  EXPECT_TRUE(names(check, "no [following] in the rig file: experiments are not rehearsed")) << check.found;
+}
+
 TEST(LimitChecks, FailWhereTheRigCannotBeArmed) {
   config::RigConfig rig = sound_rig();
   rig.limits.velocity_limit_in_per_s = 1e9;
