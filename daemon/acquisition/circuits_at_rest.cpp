@@ -4,7 +4,7 @@
 namespace eha::acquisition {
 namespace {
 
-constexpr std::chrono::duration<double> kContactSpare{0.1};
+constexpr std::chrono::duration<double> kDropsOut{0.5};  // a coil with a freewheeling diode takes 0.2 to 0.4 s
 
 CircuitAtRest shown_by(const hal::RigReading& reading, bool has_dropped_out) noexcept {
   if (reading.emergency_stop) return CircuitAtRest::emergency_stop;
@@ -14,7 +14,7 @@ CircuitAtRest shown_by(const hal::RigReading& reading, bool has_dropped_out) noe
 }  // namespace
 
 std::chrono::duration<double> longest_drop_out(const hal::RigCapabilities& rig) noexcept {
-  return kContactSpare + std::chrono::duration<double>(rig.enable_contact_time_s);
+  return kDropsOut + std::chrono::duration<double>(rig.enable_contact_time_s);
 }
 
 CircuitAtRest circuit_at_rest(hal::Rig& rig, const hal::RigReading& reading,

@@ -137,7 +137,7 @@ class Commissioning {
       session_.disarm();
       if (!stopped.why.empty()) console_.info(stopped.why);
       const bool leaks = stopped.code != ExitCode::interrupted && tell_leak();
-      if (!leaks) console_.info(fmt::format("to go on with this step: {}", again(command_)));
+      if (!leaks) console_.info(stopped.next.empty() ? "to go on with this step: " + again(command_) : stopped.next);
       console_.print_json({{"schema", "eha-commission/1"},
                            {"folder", state_.folder().string()},
                            {"steps", state_.document().at("steps")},
@@ -424,7 +424,8 @@ class Commissioning {
     if (const Json trips = state_.result("tune").value("trips", Json()); trips.is_string()) {
       throw Stopped{ExitCode::model_rejected,
                     fmt::format("the trial is left out, nothing moved: it would trip on this rig ({}), as step 5 says",
-                                trips.get<std::string>())};
+                                trips.get<std::string>()),
+                    "once that is mended, " + anew_elsewhere(command_)};
     }
     session_.announce("step 6 of 6, trial",
                       "the rod follows a step, trapezoids, a sweep and a sine, and rests for 60 s, in closed loop, "

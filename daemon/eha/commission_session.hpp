@@ -34,6 +34,7 @@ struct CommissionOptions {
 struct Stopped {
   ExitCode code;
   std::string why;
+  std::string next = {};  ///< what to do; empty: the same command goes on with this step
 };
 
 /// Whether the results of a step's command are printed; with --verbose they always are.

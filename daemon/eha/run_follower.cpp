@@ -169,9 +169,16 @@ bool RunFollower::pass_on_stop(std::optional<int> signal) {
   Client other(socket_);
   bool can_change = false;
   const auto end = [&](std::int64_t number) {
-    Json which{{"entry", number}};
-    if (signal) which["signal"] = *signal;
-    const Json answer = other.call("stop", which);
+    const Json which{{"entry", number}};
+    const Json answer = [&] {
+      if (!signal) return other.call("stop", which);
+      try {
+        return other.call("stop", {{"entry", number}, {"signal", *signal}});
+      } catch (const Error& error) {
+        if (error.exit_code() != ExitCode::usage) throw;
+        return other.call("stop", which);  // an ehad from before an upgrade, which knows no signal, stops all the same
+      }
+    }();
     if (answer.at("stopped") == "nothing") return;
     can_change = true;
     console_.info(answer.at("stopped") == "safe_at_once" ? "making the rig safe at once"

@@ -74,6 +74,7 @@ bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(confi
 
 void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
+  off_since_ = std::chrono::steady_clock::now();  // it may have been made safe just now
   if (config.text != rest_text_) rest_.reset();
   rest_text_ = config.text;
   const ArmingFindings findings = arming_findings(config);

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "config/rig_config.hpp"
+#include "core/error.hpp"
 #include "core/os/file_descriptor.hpp"
 #include "daemon/acquisition/circuits_at_rest.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
@@ -113,6 +114,9 @@ class RigKeeper {
           // Seen since the run was begun, and rest_ is where the rod stands now.
           if (card_ && moved_in_.load() != 0.0) {
             throw RodMoved("the rod's reading moved while nothing drove it: nothing is driven");
+          }
+          if (card_ && circuit_.load() != acquisition::CircuitAtRest::sound) {
+            throw DeviceError(std::string(acquisition::sentence_of(circuit_.load())));
           }
           auto finished = play(card_.get(), machine_, missing_);
           // Nobody compared the rod's readings while the files were written.

@@ -324,6 +324,7 @@ void Supervisor::note_circuit(acquisition::CircuitAtRest circuit, Clock::time_po
   using acquisition::CircuitAtRest;
   if (circuit == CircuitAtRest::sound) return;
   const bool is_at_stake = rig_.is_armed() || active_;
+  if (active_ && !active_->moved.empty()) return;  // said already
   if (!is_at_stake && (circuit == CircuitAtRest::emergency_stop || now < silent_until_)) return;
   silent_until_ = now + kSilence;
   const std::string why(acquisition::sentence_of(circuit));

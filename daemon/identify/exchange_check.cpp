@@ -60,8 +60,8 @@ bool comes_before_its_input(const ident::Record& record, const Identification& i
     const auto& verdict = one.result.model.verdict;
     return verdict && verdict->grade == ident::Grade::good;
   });
-  return !any_good && !importer::why_exchanged({record.input.begin(), record.input.end()},
-                                               {record.output.begin(), record.output.end()})
+  return !any_good && !importer::why_later_than_its_output({record.input.begin(), record.input.end()},
+                                                           {record.output.begin(), record.output.end()})
                            .empty();
 }
 

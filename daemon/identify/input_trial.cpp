@@ -36,7 +36,7 @@ constexpr std::array<Index, 6> kShifts{1, 2, 4, 8, 16, 32};  // rows
 constexpr double kMostShifted = 0.05;                        // of its rows, for a shift
 constexpr double kLessByShift = 0.5;                         // of the error
 constexpr double kLessWithoutFrozen = 0.5;                   // of the error
-constexpr double kLessByBridges = 0.7;                       // of the error
+constexpr double kLessByBridges = 0.5;                       // of the error
 constexpr std::array kBridgeScales{0.7, 1.0, 1.4};
 constexpr double kLongPartOfRecord = 0.2;  // of the record, that a fit of a part without clipped rows needs
 
@@ -165,8 +165,9 @@ std::optional<WrongInput> of_late_input(const Source& source, const Identificati
   const double row_s = record.step_s * static_cast<double>(parts);
   return WrongInput{
       fmt::format("The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
-                  "input of as many rows later {} errs {} times as much, and no plant answers before its input; "
-                  "shift the column back (`eha fit --input-late {}`), or mend the logger",
+                  "input of as many rows later {} errs {} times as much, and no plant answers before its input. If the "
+                  "input was played, shift the column back (`eha fit --input-late {}`), or mend the logger; if a "
+                  "controller made it from the output, the record is of a loop, and no shift mends it",
                   best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
                   ident::figure_text(best->error / least), best_rows),
       fmt::format("--input-late {}", best_rows)};
@@ -207,6 +208,12 @@ std::string cut_to(const std::pair<Index, Index>& part, const ident::Record& rec
   return options;
 }
 
+/// Root mean square of the output's steps.
+double motion_of(const ident::Record& record) {
+  const Index steps = record.output.size() - 1;
+  return std::sqrt((record.output.tail(steps) - record.output.head(steps)).array().square().mean());
+}
+
 /// Where a logger repeated its last value; the part without has to fit far better.
 std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
                                           const std::vector<const IdentifiedModel*>& bases) {
@@ -217,7 +224,10 @@ std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
   const ident::Record without = rows_of(record, part->first, part->second - part->first);
   const std::optional<Refit> given = least_error_of(bases, record, task.options);
   const std::optional<Refit> found = least_error_of(bases, without, task.options);
-  if (!given || !found || !(found->error <= kLessWithoutFrozen * given->error)) return std::nullopt;
+  if (!given || !found) return std::nullopt;
+  // Each beside the motion that it describes: a part may err less because it is quieter.
+  const double quieter = std::min(1.0, motion_of(without) / motion_of(record));
+  if (!(found->error <= kLessWithoutFrozen * quieter * given->error)) return std::nullopt;
   const auto& [first, last] = *std::max_element(stretches.begin(), stretches.end(), [](const auto& a, const auto& b) {
     return a.second - a.first < b.second - b.first;
   });
@@ -280,9 +290,11 @@ std::optional<WrongInput> of_exchanged_columns(const Source& source, const Ident
 
 std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
                                       const Identification& identification) {
+  // A loop has no input to mend, and the copy of a run's record the run's own.
+  if (!task.loop.empty() || source.is_closed_loop || source.is_of_run) return std::nullopt;
   // Of exchanged columns a later input explains more, too.
   if (auto found = of_exchanged_columns(source, task, identification)) return found;
-  const bool is_known = source.run_folder || !task.loop.empty() || !task.frozen.empty();
+  const bool is_known = source.run_folder || !task.frozen.empty();
   if (is_known || task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostRowsOfTrial) {
     return std::nullopt;
   }

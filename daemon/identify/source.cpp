@@ -103,6 +103,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     }
     const std::filesystem::path folder = std::filesystem::absolute(name, ignored).parent_path();
     if (std::filesystem::path(name).filename().string().starts_with("data_") && record::is_run_folder(folder)) {
+      source.is_of_run = true;
       source.remarks.push_back(fmt::format(
           "this is the thinned copy of a run's record, whose input between its rows is not held; the run has "
           "every row: `eha fit {}`",
@@ -110,6 +111,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
                          ? folder.string()
                          : std::filesystem::path(name).parent_path().string())));
     }
+    source.is_closed_loop = imported.is_closed_loop;
     source.exchange = std::move(imported.exchange);
     source.cut = imported.cut;
     source.frozen = std::move(imported.frozen);

@@ -35,6 +35,8 @@ struct Source {
   std::string command = {};               ///< of importer::command_that_made(); empty: of no command line
   std::vector<std::string> remarks = {};  ///< on the record: for a person to look at, one sentence each
   std::string rig_text = {};              ///< of a run: the rig file as used; for config::parse_rig
+  bool is_of_run = false;                 ///< a file in a run's folder, whose input is known
+  bool is_closed_loop = false;            ///< of a file: by its columns, as a set point beside input and output
   std::string exchange = {};              ///< of a file: the options that exchange input and output
   importer::Cut cut = {};                 ///< of a file: the part that the remarks on its output ask to keep
   std::string frozen = {};                ///< of a file: where the sensor froze, as importer::Imported

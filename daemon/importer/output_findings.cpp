@@ -363,18 +363,25 @@ bool is_one_tone(const std::vector<double>& cause, const std::vector<double>& ef
   return (y - regressors * solution).squaredNorm() < (1.0 - kAll) * (y.array() - y.mean()).square().sum();
 }
 
+bool is_comparable(const std::vector<double>& input, const std::vector<double>& output) {
+  const auto is_finite = [](double x) { return std::isfinite(x); };
+  return output.size() >= kFewestRows && std::all_of(input.begin(), input.end(), is_finite) &&
+         std::all_of(output.begin(), output.end(), is_finite);
+}
+
 }  // namespace
 
 std::string why_exchanged(const std::vector<double>& input, const std::vector<double>& output) {
-  const auto is_finite = [](double x) { return std::isfinite(x); };
-  if (output.size() < kFewestRows || !std::all_of(input.begin(), input.end(), is_finite) ||
-      !std::all_of(output.begin(), output.end(), is_finite)) {
-    return {};
-  }
+  if (!is_comparable(input, output)) return {};
   const double of_input = roughness(input);
   if (of_input > 0.0 && roughness(output) > kRougher * of_input) {
     return "a rod moves more smoothly than its command, and here the input is the smoother one";
   }
+  return why_later_than_its_output(input, output);
+}
+
+std::string why_later_than_its_output(const std::vector<double>& input, const std::vector<double>& output) {
+  if (!is_comparable(input, output)) return {};
   const std::vector<double> u = block_means(input, kLaggedRows);
   const std::vector<double> y = block_means(output, kLaggedRows);
   if (is_one_tone(u, y) || is_one_tone(y, u)) return {};

@@ -17,6 +17,9 @@ namespace eha::importer {
 /// while a cause comes before its effect. Empty where neither holds.
 /// @param input, output  of equal length. Cost O(N), some 10 ms
 [[nodiscard]] std::string why_exchanged(const std::vector<double>& input, const std::vector<double>& output);
+/// The second reason alone, which noise of the sensor does not make.
+[[nodiscard]] std::string why_later_than_its_output(const std::vector<double>& input,
+                                                    const std::vector<double>& output);
 
 /// Rows to keep of a record, as times [s]; none: from its start, to its end.
 struct Cut {

@@ -9,7 +9,7 @@
 #include <functional>
 #include <future>
 #include <memory>
-#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "core/os/files.hpp"
@@ -212,21 +212,28 @@ void write_files(FinishedRun& finished, const std::filesystem::path& folder, rec
 
 /// Does the work in a thread of its own and reads the rig meanwhile, which nobody else does: an emergency stop that is
 /// pressed and released in these seconds must be known. Lasts until a contactor must have dropped out.
-/// @param off  when the enable line went off; none: it is not confirmed off
-acquisition::CircuitAtRest watched_while(hal::Rig& rig, std::optional<std::chrono::steady_clock::time_point> off,
+/// @param off  when the enable line went off
+acquisition::CircuitAtRest watched_while(hal::Rig& rig, std::chrono::steady_clock::time_point off,
                                          const std::function<void()>& work) {
-  std::future<void> working = std::async(std::launch::async, work);
+  std::future<void> working;
+  try {
+    working = std::async(std::launch::async, work);
+  } catch (const std::system_error&) {  // no thread is to be had
+    work();
+    return acquisition::CircuitAtRest::sound;
+  }
   const auto drop_out = acquisition::longest_drop_out(rig.capabilities());
-  const bool awaits_contact = off && rig.capabilities().has_enable_contact;
+  const bool awaits_contact = rig.capabilities().has_enable_contact;
   auto circuit = acquisition::CircuitAtRest::sound;
+  bool reads = true;  // not on after a failure, as a card that does not answer takes long for each
   for (bool is_over = false; !is_over;) {
     const bool is_done = working.wait_for(kRestRead) == std::future_status::ready;
-    const std::chrono::duration<double> since = off ? std::chrono::steady_clock::now() - *off : drop_out;
+    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - off;
     hal::RigReading reading;
-    if (circuit == acquisition::CircuitAtRest::sound && rig.read(0, reading) == hal::RigStatus::ok) {
-      circuit = acquisition::circuit_at_rest(rig, reading, since);
-    }
-    is_over = is_done && (!awaits_contact || since > drop_out);
+    if (reads) reads = rig.read(0, reading) == hal::RigStatus::ok;
+    if (reads) circuit = acquisition::circuit_at_rest(rig, reading, since);
+    reads = reads && circuit == acquisition::CircuitAtRest::sound;
+    is_over = is_done && (!reads || !awaits_contact || since > drop_out);
   }
   working.get();
   return circuit;
@@ -263,9 +270,10 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
   watch.phase = RunWatch::Phase::closing;
   display.show();
   const auto write = [&] { write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest); };
-  if (rig.capabilities().moves_machine) {
-    const auto off = finished.report.safe_confirmed ? std::optional(finished.ended) : std::nullopt;
-    finished.circuit = watched_while(rig, off, write);
+  // A card that is not confirmed safe is the guard's, and after a fault nothing follows anyway.
+  if (rig.capabilities().moves_machine && finished.report.safe_confirmed &&
+      finished.report.fault.fault == acquisition::Fault::none) {
+    finished.circuit = watched_while(rig, finished.ended, write);
   } else {
     write();
   }

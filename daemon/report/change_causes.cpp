@@ -36,7 +36,8 @@ constexpr std::string_view kFrictionFirst =
     "amplifier)";
 
 constexpr std::string_view kScaleOrSupply =
-    "the output is greater or smaller by one factor and nothing else changed, as with another scale of the sensor (its "
+    "the output is greater or smaller by one factor and nothing else is shown to have changed, as with another scale "
+    "of the sensor (its "
     "calibration, amplifier or unit: hold a known distance against a ruler) or another supply pressure; else the load, "
     "the valve or a leak";
 
