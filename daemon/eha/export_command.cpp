@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -238,6 +239,13 @@ ExitCode export_controller(const ExportCommand& command, Console& console) {
   return ExitCode::ok;
 }
 
+/// To twelve digits: 3 in are 76.2 mm, not 76.19999999999999 mm.
+double without_rounding(double value) {
+  if (value == 0.0 || !std::isfinite(value)) return value;
+  const double scale = std::pow(10.0, 11.0 - std::floor(std::log10(std::abs(value))));
+  return std::round(value * scale) / scale;
+}
+
 ExitCode export_record(const ExportCommand& command, const record::RecordFormat& format, Console& console) {
   const bool to_file = command.output.has_value();
   if (!to_file && (format.name != "csv" || console.json())) {
@@ -250,7 +258,8 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
   const DisplayUnit unit = console.unit();
   for (auto [values, channel] : {std::pair(&source.record.input, &source.record.input_channel),
                                  std::pair(&source.record.output, &source.record.output_channel)}) {
-    *values *= unit.factor(channel->unit);
+    const double factor = unit.factor(channel->unit);
+    if (factor != 1.0) *values = (factor * *values).unaryExpr(&without_rounding);
     channel->unit = unit.of(channel->unit);
   }
   for (const std::string& warning : identify::warnings(source)) console.warning(warning);

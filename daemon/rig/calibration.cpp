@@ -247,7 +247,7 @@ std::string shift_text(const config::RigConfig& rig, const Calibration& calibrat
   for (const double place_in : {rig.limits.travel_min_in, rig.limits.travel_max_in}) {
     const double voltage_V = (place_in - before.offset_in) / before.scale_in_per_V;
     const double by_in = calibration.offset_in + calibration.scale_in_per_V * voltage_V - place_in;
-    if (std::abs(by_in) <= std::abs(shift_in)) continue;
+    if (std::abs(by_in) <= std::abs(shift_in) + 1e-6) continue;
     at_in = place_in;
     shift_in = by_in;
   }

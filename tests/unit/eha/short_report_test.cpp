@@ -46,8 +46,7 @@ TEST(ShortReport, PrintsNoLevelThatTheRecordDoesNotShow) {
   Answer answer = answer_with("");
   ident::Model& model = answer.models[0];
   model.initial_output = -209'000.0;
-  model.estimation->score.error_min = -0.03;
-  model.estimation->score.error_max = 0.03;
+  model.estimation->score.mse = 1e-4;
   ident::ParameterEstimate level{.name = "initial_output", .value = model.initial_output};
   level.role = ident::ParameterRole::initial_output;
   level.lower95 = -209'000.1;

@@ -137,7 +137,7 @@ TEST(Equation, NamesNoEndOfAFreeResponseThatTheRecordDoesNotShow) {
   ident::Model model = model_named("io", ident::Grade::usable, 99.0);
   model.initial_output = 20.4;
   model.initial_state = {-17.4};
-  model.estimation->score.error_min = -0.03;
+  model.estimation->score.mse = 1e-4;
   ident::ParameterEstimate end{.name = "initial_output", .value = 20.4, .std = 3.8, .lower95 = 12.8, .upper95 = 28.0};
   end.role = ident::ParameterRole::initial_output;
   model.parameters.push_back(end);

@@ -89,7 +89,8 @@ TEST(LoadModels, SpeaksOfOneModelAndNamesTheRecommendedOneBesideIt) {
   EXPECT_EQ(html.find("No model can be used"), std::string::npos);
   EXPECT_NE(html.find("Of all models of this record in that folder io (usable) is recommended: <code>eha report " +
                       io.string() + "</code>."),
-            std::string::npos);
+            std::string::npos)
+      << html.substr(html.find("This model, fo"), 2000);
   EXPECT_FALSE(load_models({fo, io}).beside);
 }
 
