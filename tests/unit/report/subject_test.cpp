@@ -75,7 +75,7 @@ ident::Model of_bench(const std::string& name, ident::Grade grade) {
   return model;
 }
 
-TEST(LoadModels, SpeaksOfOneModelAndNamesTheRecommendedOneBesideIt) {
+TEST(LoadModels, SpeaksOfOneModel) {
   const TemporaryFolder folder;
   const auto fo = folder.write("fo.json", ident::to_text(of_bench("fo", ident::Grade::rejected)));
   EXPECT_FALSE(load_models({fo}).beside);
@@ -87,10 +87,6 @@ TEST(LoadModels, SpeaksOfOneModelAndNamesTheRecommendedOneBesideIt) {
   const std::string html = page_of(load_models({fo})).html;
   EXPECT_NE(html.find("<h2>This model, fo, is rejected</h2>"), std::string::npos);
   EXPECT_EQ(html.find("No model can be used"), std::string::npos);
-  EXPECT_NE(html.find("Of all models of this record in that folder io (usable) is recommended: <code>eha report " +
-                      io.string() + "</code>."),
-            std::string::npos)
-      << html.substr(html.find("This model, fo"), 2000);
   EXPECT_FALSE(load_models({fo, io}).beside);
 }
 
