@@ -54,7 +54,7 @@ TEST_F(ServicePlace, MovesTheRodThereAndAgainRelativeToIt) {
   const Ended fitted = run_eha({"fit", folder}, daemon_.folder());
   EXPECT_EQ(fitted.code, static_cast<int>(ExitCode::bad_data)) << fitted.err;
   EXPECT_NE(fitted.err.find("a move of the rod to a place"), std::string::npos) << fitted.err;
-  const Ended list = eha({"runs", "list"});
+  const Ended list = eha({"runs", "list", "--all"});
   EXPECT_NE(list.out.find("a move to a place"), std::string::npos) << list.out;
   EXPECT_EQ(list.out.find("not fitted"), std::string::npos) << list.out;
   EXPECT_EQ(Client(daemon_.socket()).call("status").at("state"), "armed") << "the next may follow";
