@@ -309,15 +309,8 @@ void Supervisor::poll_rod(Clock::time_point now) {
       "stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the sensor or its wire "
       "has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
-  spdlog::critical("{}", why);
   if (is_at_stake) moved_while_armed_ = why;
-  if (active_) {
-    active_->moved = why;
-  } else if (is_at_stake) {
-    disarm_rig(why, LeaseFate::kept);
-  } else if (queue_.open_fault() == nullptr) {
-    disarmed_because_ = why;
-  }
+  drive_nothing(why, is_at_stake);
 }
 
 void Supervisor::note_circuit(acquisition::CircuitAtRest circuit, Clock::time_point now) {
@@ -327,7 +320,10 @@ void Supervisor::note_circuit(acquisition::CircuitAtRest circuit, Clock::time_po
   if (active_ && !active_->moved.empty()) return;  // said already
   if (!is_at_stake && (circuit == CircuitAtRest::emergency_stop || now < silent_until_)) return;
   silent_until_ = now + kSilence;
-  const std::string why(acquisition::sentence_of(circuit));
+  drive_nothing(std::string(acquisition::sentence_of(circuit)), is_at_stake);
+}
+
+void Supervisor::drive_nothing(const std::string& why, bool is_at_stake) {
   spdlog::critical("{}", why);
   if (active_) {
     active_->moved = why;

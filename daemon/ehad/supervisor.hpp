@@ -159,6 +159,8 @@ class Supervisor {
   void poll_rod(Clock::time_point now);
   /// Disarms, once, where the lines of an undriven machine are not sound.
   void note_circuit(acquisition::CircuitAtRest circuit, Clock::time_point now);
+  /// After what an undriven machine showed: refuses the experiment about to begin, or disarms, or keeps the reason.
+  void drive_nothing(const std::string& why, bool is_at_stake);
   void poll_suspend();
   void prepare_for_sleep();
   void update_inhibitor() noexcept;

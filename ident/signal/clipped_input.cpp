@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/signal/kept_values.hpp"
+
 namespace eha::ident {
 namespace {
 
@@ -15,8 +17,6 @@ constexpr double kLeastClippedShare = 0.02;  // of the rows
 constexpr double kMostRepeatsBeside = 0.1;   // of the rows beside the runs
 constexpr double kGreatestMove = 0.25;       // of the range, from row to row: beyond it the input jumps
 constexpr Index kSlopeRows = 3;
-
-bool is_same_value(double a, double b) { return !(a < b) && !(a > b); }
 
 }  // namespace
 
@@ -30,20 +30,18 @@ std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input) {
   Index clipped = 0;
   Index repeats = 0;
   double largest_move = 0.0;
-  for (Index k = 0; k < rows;) {
-    Index end = k + 1;
-    while (end < rows && is_same_value(input[end], input[k])) ++end;
-    const bool is_at_end = is_same_value(input[k], greatest) || is_same_value(input[k], least);
-    if (is_at_end && end - k >= kShortestClip) {
-      found.runs.emplace_back(k, end - 1);
-      clipped += end - k;
-      (is_same_value(input[k], greatest) ? found.greatest : found.least) = input[k];
+  each_kept_value(input, [&](Index first, Index last) {
+    const double value = input[first];
+    const bool is_at_end = is_same_value(value, greatest) || is_same_value(value, least);
+    if (is_at_end && last - first + 1 >= kShortestClip) {
+      found.runs.emplace_back(first, last);
+      clipped += last - first + 1;
+      (is_same_value(value, greatest) ? found.greatest : found.least) = value;
     } else {
-      repeats += end - k - 1;
+      repeats += last - first;
     }
-    if (end < rows) largest_move = std::max(largest_move, std::abs(input[end] - input[end - 1]));
-    k = end;
-  }
+    if (last + 1 < rows) largest_move = std::max(largest_move, std::abs(input[last + 1] - value));
+  });
   found.percent = 100.0 * static_cast<double>(clipped) / static_cast<double>(rows);
   const bool keeps_others = static_cast<double>(repeats) > kMostRepeatsBeside * static_cast<double>(rows - clipped);
   if (found.percent < 100.0 * kLeastClippedShare || keeps_others || largest_move > kGreatestMove * (greatest - least)) {

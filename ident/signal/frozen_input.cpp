@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "ident/signal/kept_values.hpp"
 #include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
@@ -20,11 +21,9 @@ constexpr double kMostKeptBeside = 0.1;  // of the rows beside
 constexpr Index kPartsOfStay = 6;        // of the shortest stretch; the first one holds the answer to what was before
 constexpr Index kPartsOfRecord = 50;
 constexpr Index kFewestOfWindow = 10;
-constexpr std::size_t kFewestElsewhere = 8;  // elsewhere
+constexpr std::size_t kFewestElsewhere = 8;  // windows
 constexpr double kBendOverNoise = 5.0;
 constexpr double kTurnsAsElsewhere = 0.4;
-
-bool keeps(double a, double b) { return !(a < b) && !(a > b); }
 
 /// Rms of rows about a straight line through them.
 double bend(const Eigen::VectorXd& values, Index first, Index count) {
@@ -58,7 +57,7 @@ double noise_of(const Eigen::VectorXd& values) {
   return std::sqrt(sum / kOfThirdDifferences / static_cast<double>(values.size() - 3));
 }
 
-/// Usual bend of the windows of such a length within these rows.
+/// Bend of each window of such a length within these rows.
 std::vector<double> bends(const Eigen::VectorXd& output, Index first, Index behind, Index window) {
   std::vector<double> found;
   for (Index k = first; k + window <= behind; k += window) found.push_back(bend(output, k, window));
@@ -77,18 +76,15 @@ std::vector<Rows> frozen_input(const Eigen::VectorXd& input, const Eigen::Vector
   std::vector<Rows> kept;
   Index repeats = 0;
   Index in_kept = 0;
-  for (Index k = 0; k < rows;) {
-    Index end = k + 1;
-    while (end < rows && keeps(input[end], input[k])) ++end;
+  each_kept_value(input, [&](Index first, Index last) {
     // At an end it may be clipped, which is another fault.
-    if (end - k >= shortest && input[k] > least && input[k] < greatest) {
-      kept.emplace_back(k, end - 1);
-      in_kept += end - k;
+    if (last - first + 1 >= shortest && input[first] > least && input[first] < greatest) {
+      kept.emplace_back(first, last);
+      in_kept += last - first + 1;
     } else {
-      repeats += end - k - 1;
+      repeats += last - first;
     }
-    k = end;
-  }
+  });
   if (kept.empty() || static_cast<double>(repeats) > kMostKeptBeside * static_cast<double>(rows - in_kept)) return {};
   const double noise = noise_of(output);
   std::vector<Rows> found;

@@ -11,7 +11,7 @@ namespace eha::ident {
 /// while the output goes on to turn about as it does elsewhere: what the plant got was not recorded. Behind an input
 /// that is held in truth a plant comes to rest or to an even speed. Empty for an input that keeps other values too, as
 /// steps do, and where noise hides how the output turns.
-/// @param output  of equal length. Cost O(N)
+/// @param input, output  of equal length, in any units. Cost O(N) for each stretch, of which there are at most 100
 [[nodiscard]] std::vector<std::pair<Eigen::Index, Eigen::Index>> frozen_input(const Eigen::VectorXd& input,
                                                                               const Eigen::VectorXd& output);
 

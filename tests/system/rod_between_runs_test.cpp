@@ -91,7 +91,7 @@ TEST_F(LocalRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
       while (!end.stop_requested() && card.disabled_ns <= card.enabled_ns) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
-      press_emergency_stop(card, std::chrono::milliseconds(500));
+      press_emergency_stop(card, std::chrono::seconds(2));
     });
     EXPECT_NE(run({"a.toml", "b.toml"}), 0) << said_;
   }
@@ -153,6 +153,18 @@ class ServiceRodBetweenRuns : public RodBetweenRuns {
     }
     throw std::runtime_error("no guard runs");
   }
+  /// Plays an experiment until its files are being written, which hangs. @returns the number of the one that waits
+  std::int64_t next_while_the_first_is_written() {
+    const std::int64_t first = submit(*client_, quiet_experiment_text("first", 2.0), false);
+    const std::int64_t next = submit(*client_, quiet_experiment_text("next", 2.0), false);
+    follow(daemon_, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+    hang();
+    const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+    while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return next;
+  }
   [[nodiscard]] fs::path hangs() const { return daemon_.folder() / "hangs"; }
   void hang() const { std::ofstream(hangs()) << "the disk, while this is there"; }
 
@@ -208,14 +220,7 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenWhereItMovesBetweenTheLastReadingAndThe
 }
 
 TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten) {
-  const std::int64_t first = submit(*client_, quiet_experiment_text("first", 2.0), false);
-  const std::int64_t next = submit(*client_, quiet_experiment_text("next", 2.0), false);
-  follow(daemon_, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  hang();
-  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
-  while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  const std::int64_t next = next_while_the_first_is_written();
   rig_.card().position_in -= 1.5;
   const std::int64_t before_ns = rig_.card().enabled_ns;
   fs::remove(hangs());
@@ -225,16 +230,9 @@ TEST_F(ServiceRodBetweenRuns, IsComparedWithTheEndOfTheRunOnceItsFilesAreWritten
 }
 
 TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
-  const std::int64_t first = submit(*client_, quiet_experiment_text("first", 2.0), false);
-  const std::int64_t next = submit(*client_, quiet_experiment_text("next", 2.0), false);
-  follow(daemon_, first, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  hang();
-  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
-  while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  const std::int64_t next = next_while_the_first_is_written();
   const std::int64_t before_ns = rig_.card().enabled_ns;
-  press_emergency_stop(rig_.card(), std::chrono::milliseconds(500));  // while the files of the run are written
+  press_emergency_stop(rig_.card(), std::chrono::seconds(2));  // while the files of the run are written
   fs::remove(hangs());
   EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened while nothing was driven")) << daemon_.log();
   EXPECT_EQ(entry_of(daemon_, next).at("state"), "held") << daemon_.log();
@@ -243,7 +241,7 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
 }
 
 TEST_F(ServiceRodBetweenRuns, IsDisarmedByAnEmergencyStopThoughNothingIsQueued) {
-  press_emergency_stop(rig_.card(), std::chrono::milliseconds(500));
+  press_emergency_stop(rig_.card(), std::chrono::seconds(2));
   EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened while nothing was driven")) << daemon_.log();
   EXPECT_NE(client_->call("status").at("state"), "armed");
   EXPECT_EQ(refused(*client_, "arm").message, "");

@@ -59,28 +59,54 @@ TEST_F(ServiceSuspend, MakesARunSafeAtOnce) {
   EXPECT_EQ(client_->call("status").at("state"), "faulted");
 }
 
-TEST(ServiceSleep, IsDelayedWhileARunIsOnAndRampsItOut) {
-  if (!FakeLogind::is_possible()) GTEST_SKIP() << "dbus-daemon is not installed";
-  const TemporaryFolder folder;
-  FakeLogind logind(folder.path());
-  ASSERT_TRUE(logind.works());
-  Daemon daemon;
-  daemon.set_environment("DBUS_SYSTEM_BUS_ADDRESS=" + logind.address());
-  daemon.start();
-  Client client(daemon.socket());
-  client.call("arm");
-  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
-  ASSERT_TRUE(logind.await_held(true)) << daemon.log();
-  EXPECT_EQ(logind.asked(), "sleep delay");
-  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  logind.announce_sleep();
-  EXPECT_TRUE(logind.await_held(false)) << daemon.log();
-  const Json over = follow(daemon, entry);
+/// A service with a bus of its own, on which a run of minutes holds the inhibitor.
+class ServiceSleep : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!FakeLogind::is_possible()) GTEST_SKIP() << "dbus-daemon is not installed";
+    // Another user of the test's group reaches the socket, too.
+    fs::permissions(folder_.path(), fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
+    logind_ = std::make_unique<FakeLogind>(folder_.path());
+    ASSERT_TRUE(logind_->works());
+    daemon_.set_environment("DBUS_SYSTEM_BUS_ADDRESS=" + logind_->address());
+    daemon_.start();
+    client_ = std::make_unique<Client>(daemon_.socket());
+    client_->call("arm");
+    entry_ = submit(*client_, quiet_experiment_text("long", 600.0), false);
+    ASSERT_TRUE(logind_->await_held(true)) << daemon_.log();
+    follow(daemon_, entry_, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<FakeLogind> logind_;
+  Daemon daemon_;
+  std::unique_ptr<Client> client_;
+  std::int64_t entry_ = 0;
+};
+
+TEST_F(ServiceSleep, IsDelayedWhileARunIsOnAndRampsItOut) {
+  EXPECT_EQ(logind_->asked(), "sleep delay");
+  logind_->announce_sleep();
+  EXPECT_TRUE(logind_->await_held(false)) << daemon_.log();
+  const Json over = follow(daemon_, entry_);
   EXPECT_EQ(over.at("outcome"), "interrupted");
-  EXPECT_EQ(client.call("status").at("state"), "idle");
+  EXPECT_EQ(client_->call("status").at("state"), "idle");
 }
 
-TEST(ServiceSleep, ThatCannotBeDelayedIsWarnedOf) {
+TEST_F(ServiceSleep, IsNotAnnouncedByAnotherUser) {
+  if (!can_change_user()) GTEST_SKIP() << "takes root";
+  ASSERT_TRUE(logind_->forge_sleep(65534));
+  // What the same connection is told afterwards comes after it.
+  logind_->announce_sleep();
+  EXPECT_TRUE(logind_->await_held(false)) << daemon_.log();
+  follow(daemon_, entry_);
+  const std::string log = daemon_.log();
+  const std::size_t told = log.find("the machine is about to be suspended");
+  ASSERT_NE(told, std::string::npos) << log;
+  EXPECT_EQ(log.find("the machine is about to be suspended", told + 1), std::string::npos) << log;
+}
+
+TEST(ServiceWithoutLogind, WarnsThatASuspendCannotBeDelayed) {
   Daemon daemon;
   daemon.set_environment("DBUS_SYSTEM_BUS_ADDRESS=unix:path=/no/such/bus");
   daemon.start();
@@ -88,31 +114,6 @@ TEST(ServiceSleep, ThatCannotBeDelayedIsWarnedOf) {
   start_run_of_minutes(daemon, client);
   EXPECT_TRUE(daemon.logs("a suspend of the machine cannot be delayed", kSeen)) << daemon.log();
   EXPECT_EQ(client.call("status").at("state"), "running");
-}
-
-TEST(ServiceSleep, IsNotAnnouncedByAnotherUser) {
-  if (!FakeLogind::is_possible() || !can_change_user()) GTEST_SKIP() << "takes dbus-daemon and root";
-  const TemporaryFolder folder;
-  fs::permissions(folder.path(), fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
-  FakeLogind logind(folder.path());
-  ASSERT_TRUE(logind.works());
-  Daemon daemon;
-  daemon.set_environment("DBUS_SYSTEM_BUS_ADDRESS=" + logind.address());
-  daemon.start();
-  Client client(daemon.socket());
-  client.call("arm");
-  const std::int64_t entry = submit(client, quiet_experiment_text("long", 600.0), false);
-  ASSERT_TRUE(logind.await_held(true)) << daemon.log();
-  follow(daemon, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  ASSERT_TRUE(logind.forge_sleep(65534));
-  // What the same connection is told afterwards comes after it.
-  logind.announce_sleep();
-  EXPECT_TRUE(logind.await_held(false)) << daemon.log();
-  follow(daemon, entry);
-  const std::string log = daemon.log();
-  const std::size_t told = log.find("the machine is about to be suspended");
-  ASSERT_NE(told, std::string::npos) << log;
-  EXPECT_EQ(log.find("the machine is about to be suspended", told + 1), std::string::npos) << log;
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+namespace eha::ident {
+
+/// Whether two values are the same to the last digit: a NaN is the same as none.
+[[nodiscard]] inline bool is_same_value(double a, double b) noexcept { return a <= b && a >= b; }
+
+/// Calls `take` with the first and the last row of each run of one value, in their order; a value that no neighbour
+/// has is a run of one row. @param values  finite, in any unit. Cost O(N)
+void each_kept_value(const Eigen::Ref<const Eigen::VectorXd>& values,
+                     const std::function<void(Eigen::Index first, Eigen::Index last)>& take);
+
+}  // namespace eha::ident
