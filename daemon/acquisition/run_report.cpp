@@ -25,7 +25,8 @@ constexpr double kNoRod = 3.0;  // times the velocity limit: a reading that jump
 /// Motion below it is of a sensor's noise and resolution.
 constexpr double kNoMotion_in = 0.0005;
 
-constexpr const char* kAnew = "comment [following] out in the rig file, and `eha characterise` measures it anew";
+constexpr const char* kAnew =
+    "`eha characterise --without-following -o rig-bare.toml` and its Next measure [following] anew";
 
 /// A closed loop drove the rod, which did not move as it must. @param moved_in  towards the command   @param due_in
 /// [in]

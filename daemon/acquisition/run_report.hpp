@@ -104,8 +104,7 @@ inline constexpr std::string_view kReadingJumps = "its reading jumps";
 /// The last cause of no_motion, which is none of a rig file without [following].
 inline constexpr std::string_view kWrongNull =
     "; if all is sound, null or dead band of [following], where the file has it, is wrong: `eha characterise` measures "
-    "both; if it trips, too, comment [following] out in the rig file first (where ehad runs: eha disarm, eha reload, "
-    "eha arm)";
+    "both; if it trips, too: `eha characterise --without-following -o rig-bare.toml`, and its Next";
 
 // What a description may end with, behind "; ", whatever the fault.
 inline constexpr std::string_view kRecordsLost = " records were lost because the writer was too slow";

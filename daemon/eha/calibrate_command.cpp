@@ -372,8 +372,8 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   if (config::is_as_measured(rig) && !config::is_as_measured(config::parse_rig(text, path.string()))) {
     console.warning(
         "the scale differs so much from that in the rig file that [following] no longer counts as measured, and the "
-        "rig is not armed with it: see that all positions are in one unit; then comment [following] out in the new "
-        "file, and `eha characterise` measures it anew");
+        "rig is not armed with it: see that all positions are in one unit; once the new file is in force, "
+        "`eha characterise --without-following -o rig-bare.toml` and its Next measure it anew");
   }
   if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
   if (const std::string shift = shift_text(rig, found, unit); !shift.empty()) console.warning(shift);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 #include <optional>
@@ -21,8 +22,10 @@
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/valve_sheet.hpp"
 #include "daemon/report/report.hpp"
+#include "daemon/rig/arming.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/sheet/run_sheet.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -156,7 +159,20 @@ ExitCode write_without_following(const CharacteriseCommand& command, const Conso
   if (!file && !of_service.empty()) file = of_service;
   if (const auto usual = default_rig_file(); !file && usual) file = usual->string();
   if (!file) throw UsageError("no rig file to copy; name one with --local --rig");
-  os::write_file_atomically(command.output, rig_text_without_following(config::load_rig(*file)));
+  const config::RigConfig used = config::load_rig(*file);
+  if (!command.local && of_service.empty() && hal::moves_machine(used.backend)) {
+    throw DeviceError(
+        fmt::format("no ehad answers at {}, whose rig file this copies and replaces: start it, or name the "
+                    "file with --local --rig",
+                    command.socket.string()));
+  }
+  const std::string text = rig_text_without_following(used);
+  // What would be put in force must be fit for it.
+  if (const auto refusals = arming_findings(config::parse_rig(text, *file)).refusals; !refusals.empty()) {
+    throw ConfigError(fmt::format("{}: without [following] it cannot be armed: {}; nothing is written", *file,
+                                  fmt::join(refusals, "; ")));
+  }
+  os::write_file_atomically(command.output, text);
   console.print(fmt::format("written: {}, {} without [following]", command.output.string(), *file));
   console.print_json({{"schema", "eha-rig-file/1"}, {"rig_file", command.output.string()}, {"of", *file}});
   suggest::RigAccess rig = access_of(command);
@@ -273,7 +289,9 @@ void add_characterise(CLI::App& app, ParsedLine& line) {
                   "Where a ruler shows the rod, such as 2.95in or 75mm; needed without [following]")
       ->type_name("LENGTH");
   sub->add_flag("--without-following", characterise.without_following,
-                "Only write the rig file without [following] (-o), to measure a valve that it does not describe");
+                "Only write the rig file without [following] (-o), to measure a valve that it does not describe")
+      ->excludes(sub->get_option("run"))
+      ->excludes(sub->get_option("--ruler"));
   CLI::Option* local = add_drive_options(*sub, characterise);
   sub->get_option("--output")->remove_needs(local);
   sub->get_option("--output")

@@ -52,6 +52,7 @@ struct CheckCommand {
 struct ServiceRig {
   std::string file;
   std::string name;
+  bool moves = false;  ///< a machine
   std::optional<double> place_in;
   std::optional<FileChange> change = {};  ///< since the service read it
   bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
@@ -64,8 +65,10 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
   try {
     control::Client client(socket);
     const nlohmann::ordered_json status = client.call("status");
-    ServiceRig found{
-        .file = status.at("rig").at("file"), .name = status.at("rig").at("name"), .place_in = std::nullopt};
+    ServiceRig found{.file = status.at("rig").at("file"),
+                     .name = status.at("rig").at("name"),
+                     .moves = status.at("rig").at("moves"),
+                     .place_in = std::nullopt};
     found.change = change_since_read(status.at("rig"));
     const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
     found.is_moving = !status.at("run").is_null();
@@ -84,13 +87,13 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
   std::error_code ignored;
   const bool is_of_service = service && std::filesystem::equivalent(service->file, command.file, ignored);
+  const bool is_same_rig = service && service->name == rig.name && service->moves == hal::moves_machine(rig.backend);
   const bool lacks_following = !rig.limits.following && !hal::moves_machine(rig.backend);
   const auto& following = rig.limits.following;
   const bool is_changed =
       following && following->measured_check && following->measured_rig_check && !config::is_as_measured(rig);
-  console.set_rig(is_of_service || (service && service->name == rig.name)
-                      ? access_of(DriveOptions{.socket = command.socket})
-                      : access_of_rig(rig, command.file));
+  console.set_rig(is_of_service || is_same_rig ? access_of(DriveOptions{.socket = command.socket})
+                                               : access_of_rig(rig, command.file));
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   if (lacks_following) console.warning(std::string(config::kNotFollowed));
   const std::string_view backend = hal::name_of(rig.backend);
@@ -106,7 +109,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
     console.next_step(suggest::characterise(console.rig()));
   } else if (is_of_service && service->change) {
     console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));
-  } else if (!is_of_service && service && service->name == rig.name) {  // a new file of the service's rig
+  } else if (!is_of_service && is_same_rig) {  // a new file of the service's rig
     console.next_step(put_in_force(command.file, service->file, command.socket));
   } else {
     console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));

@@ -143,6 +143,9 @@ class Commissioning {
                            {"steps", state_.document().at("steps")},
                            {"exit_code", static_cast<int>(stopped.code)}});
       return stopped.code;
+    } catch (...) {
+      session_.disarm();
+      throw;
     }
     session_.disarm();
     return conclude();
@@ -243,7 +246,7 @@ class Commissioning {
   [[nodiscard]] bool is_of_table(const std::string& run) const {
     try {
       const record::Manifest manifest = record::read_manifest(run);
-      return manifest.report && !way_out_of_following(manifest.report->description, command_.rig_file, {}).empty();
+      return manifest.report && may_be_of_following(manifest.report->description);
     } catch (const Error& error) {
       console_.debug(error.what());
       return false;

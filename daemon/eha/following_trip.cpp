@@ -17,19 +17,23 @@ namespace eha::cli {
 std::string rig_file_without_following(const suggest::RigAccess& rig) {
   std::string command = "eha characterise --without-following -o " + shell_word(free_name("rig-bare.toml"));
   if (!rig.is_local) return suggest::through(rig.socket, std::move(command));
-  return command + " --local" + (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
+  return command + " --local" + (rig.is_fast ? " --fast" : "") +
+         (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
 }
 
-std::string way_out_of_following(std::string_view fault, const std::string& rig_file, const suggest::RigAccess& rig) {
+bool may_be_of_following(std::string_view fault) {
   using acquisition::Fault;
   constexpr std::array kOfFollowing{Fault::no_motion,      Fault::not_in_place,  Fault::loop_speed,
                                     Fault::wrong_speed,    Fault::not_following, Fault::unexplained_motion,
                                     Fault::velocity_limit, Fault::travel_limit};
-  if (fault.find(acquisition::kReadingJumps) != std::string_view::npos) return {};
+  if (fault.find(acquisition::kReadingJumps) != std::string_view::npos) return false;
   const std::string_view name = fault.substr(0, fault.find(' '));
-  const auto* cause = std::find_if(kOfFollowing.begin(), kOfFollowing.end(),
-                                   [&](Fault one) { return acquisition::to_text(one) == name; });
-  if (cause == kOfFollowing.end()) return {};
+  return std::any_of(kOfFollowing.begin(), kOfFollowing.end(),
+                     [&](Fault one) { return acquisition::to_text(one) == name; });
+}
+
+std::string way_out_of_following(std::string_view fault, const std::string& rig_file, const suggest::RigAccess& rig) {
+  if (!may_be_of_following(fault)) return {};
   return fmt::format(
       "a wrong [following] of {} can cause this. If rod, sensor and hydraulics are sound, or if it was never measured "
       "here: `{}` writes a copy without it, moves nothing, and its Next measures the valve with that",

@@ -11,9 +11,13 @@ namespace eha::cli {
 /// `eha characterise --without-following -o rig-bare.toml`: a copy of the rig file in use; nothing moves.
 [[nodiscard]] std::string rig_file_without_following(const suggest::RigAccess& rig);
 
+/// Whether a wrong [following] can cause a fault. @param fault  its name, such as "no_motion", or a sentence that
+/// begins with it
+[[nodiscard]] bool may_be_of_following(std::string_view fault);
+
 /// Says how to measure the valve of a rig whose characterisation was ended by a fault that a wrong [following] can
 /// cause; empty for another fault.
-/// @param fault  its name, such as "no_motion", or a sentence that begins with it
+/// @param fault  as of may_be_of_following()
 [[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file,
                                                const suggest::RigAccess& rig);
 

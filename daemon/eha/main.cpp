@@ -38,11 +38,11 @@ ExitCode run_program(int argc, char** argv) {
   for (const int number : {SIGPIPE, SIGXFSZ}) std::signal(number, SIG_IGN);
   Console console({});
   eha::cli::ParsedLine line;
+  ExitCode code = ExitCode::ok;
   try {
     line = eha::cli::parse_command_line(argc, argv);
     console = Console(line.console);
     for (const std::string& note : line.notes) console.info(note);
-    ExitCode code = ExitCode::ok;
     if (line.command) {
       code = line.command(console);
     } else {
@@ -52,7 +52,7 @@ ExitCode run_program(int argc, char** argv) {
     return code;
   } catch (const eha::cli::ClosedPipe& error) {
     console.end_progress();
-    return error.exit_code();
+    return code == ExitCode::ok ? error.exit_code() : code;
   } catch (const eha::Error& error) {
     console.end_progress();
     const bool is_of_input = error.exit_code() != ExitCode::safety_trip && error.exit_code() != ExitCode::bug;

@@ -284,10 +284,9 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
 }
 
 /// "the lease is meier's for another 540 s" where somebody else holds it; else empty.
-std::string lease_of_another(Client& client, const std::string& waits_for) {
-  if (!waits_for.starts_with("the lease of ")) return {};
+std::string lease_of_another(Client& client) {
   const Json lease = client.call("status").at("lease");
-  if (lease.is_null()) return {};
+  if (lease.is_null() || lease.at("uid") == geteuid()) return {};
   return fmt::format("the lease is {}'s for another {:.0f} s", lease.at("user").get<std::string>(),
                      lease.at("remaining_s").get<double>());
 }
@@ -300,7 +299,7 @@ ExitCode leave(Client& client, const Json& entries, const RunCommand& command, c
   }
   const Json& first = entries.front();
   const bool is_held = first.at("state") == "held";
-  const std::string lease = is_held ? lease_of_another(client, first.value("waits_for", "")) : std::string();
+  const std::string lease = is_held ? lease_of_another(client) : std::string();
   if (!lease.empty()) {  // `eha arm` would be refused until then
     const std::string what = entries.size() == 1 ? fmt::format(" {}", first.at("entry").get<std::int64_t>()) : "";
     console.info(fmt::format("{}; after that, or their `eha disarm`: `{} && {}`", lease,

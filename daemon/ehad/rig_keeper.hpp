@@ -118,7 +118,14 @@ class RigKeeper {
           if (card_ && circuit_.load() != acquisition::CircuitAtRest::sound) {
             throw DeviceError(std::string(acquisition::sentence_of(circuit_.load())));
           }
-          auto finished = play(card_.get(), machine_, missing_);
+          auto finished = [&] {
+            try {
+              return play(card_.get(), machine_, missing_);
+            } catch (...) {  // it may have been driven until now
+              off_since_ = std::chrono::steady_clock::now();
+              throw;
+            }
+          }();
           // Nobody compared the rod's readings while the files were written.
           rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};
           off_since_ = finished.ended;

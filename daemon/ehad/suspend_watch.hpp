@@ -2,8 +2,10 @@
 #pragma once
 
 #include <chrono>
-#include <ctime>
+#include <cstdint>
 #include <optional>
+
+#include "daemon/acquisition/clock.hpp"
 
 namespace eha::service {
 
@@ -25,12 +27,12 @@ class SuspendWatch {
   }
 
  private:
-  static std::chrono::nanoseconds now(clockid_t clock) {
-    timespec time{};
-    clock_gettime(clock, &time);
-    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  static std::chrono::nanoseconds difference() {
+    acquisition::MonotonicClock clock;
+    // In this order a wait between the two lowers the difference and is never taken for a suspend.
+    const std::int64_t with_suspends_ns = clock.with_suspends_ns();
+    return std::chrono::nanoseconds(with_suspends_ns - clock.now_ns());
   }
-  static std::chrono::nanoseconds difference() { return now(CLOCK_BOOTTIME) - now(CLOCK_MONOTONIC); }
 
   std::optional<std::chrono::nanoseconds> last_;
 };

@@ -10,6 +10,7 @@
 #include <future>
 #include <memory>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 #include "core/os/files.hpp"
@@ -37,6 +38,7 @@ constexpr std::chrono::milliseconds kSafeAgainPause{5};
 constexpr double kBlock_s = 0.1;
 constexpr auto kProgressInterval = std::chrono::milliseconds(100);
 constexpr auto kRestRead = std::chrono::milliseconds(20);  // of a rig whose run has ended
+constexpr int kLeftOutAfterFailure = 49;                   // readings: one a second
 
 /// Removes a run folder again unless the run has begun.
 class UnusedFolderRemover {
@@ -124,6 +126,65 @@ bool becomes_safe(hal::Rig& rig, GuardPage* page) {
   return true;
 }
 
+/// Reads the lines of a machine whose run has ended: nobody else does, and an emergency stop that is pressed and reset
+/// before the next run must be known. A card that is not confirmed safe is the guard's, and after a fault nothing
+/// follows: of those no line is read.
+class LinesAfterRun {
+ public:
+  LinesAfterRun(hal::Rig& rig, FinishedRun& finished)
+      : rig_(rig),
+        finished_(finished),
+        is_watched_(rig.capabilities().moves_machine && finished.report.safe_confirmed &&
+                    finished.report.fault.fault == acquisition::Fault::none) {}
+
+  /// Does the work in a thread of its own and reads meanwhile.
+  void during(const std::function<void()>& work) {
+    std::future<void> working;
+    try {
+      if (is_watched_) working = std::async(std::launch::async, work);
+    } catch (const std::system_error&) {  // no thread is to be had
+    }
+    if (!working.valid()) {
+      work();
+      if (is_watched_) read();
+      return;
+    }
+    while (working.wait_for(kRestRead) != std::future_status::ready) read();
+    working.get();
+  }
+
+  /// Reads until a contactor has dropped out, or must have.
+  void await_drop_out() {
+    if (!is_watched_ || !rig_.capabilities().has_enable_contact) return;
+    const auto longest = acquisition::longest_drop_out(rig_.capabilities());
+    while (read() && since_off() <= longest) std::this_thread::sleep_for(kRestRead);
+    if (since_off() > longest) read();
+  }
+
+ private:
+  [[nodiscard]] std::chrono::duration<double> since_off() const {
+    return std::chrono::steady_clock::now() - finished_.ended;
+  }
+  /// @returns whether the contact is still closed, as far as is known
+  bool read() {
+    if (finished_.circuit != acquisition::CircuitAtRest::sound) return false;
+    // A card that does not answer takes long for each reading.
+    if (left_out_ > 0) return --left_out_ >= 0;
+    hal::RigReading reading;
+    if (rig_.read(0, reading) != hal::RigStatus::ok) {
+      left_out_ = kLeftOutAfterFailure;
+      return true;
+    }
+    finished_.circuit = acquisition::circuit_at_rest(rig_, reading, since_off());
+    return reading.enable_contact;
+  }
+
+  hal::Rig& rig_;
+  FinishedRun& finished_;
+  bool is_watched_;
+  int left_out_ = 0;
+};
+
 /// Runs the tick loop and the journal's thread until both have ended.
 /// @param is_journal_sound  set: every write to the journal succeeded
 /// @throws as acquisition::run, before the first tick
@@ -178,7 +239,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
     finished.delays = delays::delays_of_run(before, request.rig.realtime, finished.report);
   }
   run.watch.phase = RunWatch::Phase::draining;
-  finished.write_error = writer.finish();
+  LinesAfterRun(run.rig, finished).during([&] { finished.write_error = writer.finish(); });
   is_journal_sound = writer.journal_is_sound();
   return finished;
 }
@@ -208,35 +269,6 @@ void write_files(FinishedRun& finished, const std::filesystem::path& folder, rec
   }
   attempt([&] { record::write_manifest(folder, manifest); });
   if (!finished.write_error.empty() && acquisition::is_whole(outcome)) outcome = Outcome::write_failed;
-}
-
-/// Does the work in a thread of its own and reads the rig meanwhile, which nobody else does: an emergency stop that is
-/// pressed and released in these seconds must be known. Lasts until a contactor must have dropped out.
-/// @param off  when the enable line went off
-acquisition::CircuitAtRest watched_while(hal::Rig& rig, std::chrono::steady_clock::time_point off,
-                                         const std::function<void()>& work) {
-  std::future<void> working;
-  try {
-    working = std::async(std::launch::async, work);
-  } catch (const std::system_error&) {  // no thread is to be had
-    work();
-    return acquisition::CircuitAtRest::sound;
-  }
-  const auto drop_out = acquisition::longest_drop_out(rig.capabilities());
-  const bool awaits_contact = rig.capabilities().has_enable_contact;
-  auto circuit = acquisition::CircuitAtRest::sound;
-  bool reads = true;  // not on after a failure, as a card that does not answer takes long for each
-  for (bool is_over = false; !is_over;) {
-    const bool is_done = working.wait_for(kRestRead) == std::future_status::ready;
-    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - off;
-    hal::RigReading reading;
-    if (reads) reads = rig.read(0, reading) == hal::RigStatus::ok;
-    if (reads) circuit = acquisition::circuit_at_rest(rig, reading, since);
-    reads = reads && circuit == acquisition::CircuitAtRest::sound;
-    is_over = is_done && (!reads || !awaits_contact || since > drop_out);
-  }
-  working.get();
-  return circuit;
 }
 
 }  // namespace
@@ -269,14 +301,9 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
   remover.run_has_begun();
   watch.phase = RunWatch::Phase::closing;
   display.show();
-  const auto write = [&] { write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest); };
-  // A card that is not confirmed safe is the guard's, and after a fault nothing follows anyway.
-  if (rig.capabilities().moves_machine && finished.report.safe_confirmed &&
-      finished.report.fault.fault == acquisition::Fault::none) {
-    finished.circuit = watched_while(rig, finished.ended, write);
-  } else {
-    write();
-  }
+  LinesAfterRun lines(rig, finished);
+  lines.during([&] { write_files(finished, folder, is_journal_sound ? &journal : nullptr, manifest); });
+  lines.await_drop_out();
   display.rethrow_failure();
   return finished;
 }

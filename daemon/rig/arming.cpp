@@ -73,8 +73,8 @@ constexpr const char* kChangedRig =
 constexpr const char* kChangedBoth =
     "following.measured_check and measured_rig_check do not fit: since [following] was measured card, channels or the "
     "sensor's calibration have changed, and its numbers, too (`eha calibrate` changes both where the scale changes by "
-    "more than 1.5 times), so that no earlier sheet holds; comment [following] out in the rig file, and `eha "
-    "characterise` measures it anew";
+    "more than 1.5 times), so that no earlier sheet holds: `eha characterise --without-following -o "
+    "rig-bare.toml` and its Next measure it anew";
 
 constexpr const char* kMeasureIt =
     "measure it (`eha characterise`, or the same with the run of an earlier one) and take its lines with "

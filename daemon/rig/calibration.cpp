@@ -318,7 +318,11 @@ std::string rig_text_without_following(const config::RigConfig& rig) {
     const std::size_t end = std::min(rig.text.find('\n', at), rig.text.size() - 1) + 1;
     const std::string line = rig.text.substr(at, end - at);
     const std::size_t first = line.find_first_not_of(" \t\r\n");
-    if (first != std::string::npos && line[first] == '[') is_inside = line.compare(first, 11, "[following]") == 0;
+    if (first != std::string::npos && line[first] == '[') {
+      std::string head = line.substr(first, line.find(']', first) - first + 1);
+      std::erase_if(head, [](char c) { return c == ' ' || c == '\t'; });
+      is_inside = head == "[following]";
+    }
     const bool is_key = is_inside && first != std::string::npos && line[first] != '#';
     text += (is_key ? "# " : "") + line;
     at = end;

@@ -163,6 +163,7 @@ class ServiceRodBetweenRuns : public RodBetweenRuns {
     while (rig_.card().disabled_ns <= rig_.card().enabled_ns && std::chrono::steady_clock::now() < deadline) {
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
+    EXPECT_GT(rig_.card().disabled_ns, rig_.card().enabled_ns) << daemon_.log();
     return next;
   }
   [[nodiscard]] fs::path hangs() const { return daemon_.folder() / "hangs"; }

@@ -324,7 +324,7 @@ TEST(Arming, TakesNoSheetBackAfterACalibrationThatHasChangedTheMeasuredGains) {
     following.gain_negative_in_per_V_s *= 1.6;
   });
   EXPECT_NE(text.find("measured_check and measured_rig_check do not fit"), std::string::npos) << text;
-  EXPECT_NE(text.find("comment [following] out"), std::string::npos) << text;
+  EXPECT_NE(text.find("eha characterise --without-following -o rig-bare.toml"), std::string::npos) << text;
   EXPECT_EQ(text.find("put the lines of the sheet"), std::string::npos) << text;
 }
 
