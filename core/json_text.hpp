@@ -2,7 +2,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
+#include <utility>
 
 namespace eha {
 
@@ -21,6 +23,16 @@ template <typename Json>
   };
   Json json = Json::parse(text.begin(), text.end(), look_at_depth, false);
   return is_too_deep ? Json(Json::value_t::discarded) : json;
+}
+
+/// A text of a document that may be a stranger's. @param place  a JSON pointer, such as "/rig/name"
+/// @returns `otherwise` where nothing or no text is there
+template <typename Json>
+[[nodiscard]] std::string text_at(const Json& document, const char* place, std::string otherwise = {}) {
+  const typename Json::json_pointer pointer(place);
+  return document.contains(pointer) && document.at(pointer).is_string()
+             ? document.at(pointer).template get<std::string>()
+             : std::move(otherwise);
 }
 
 }  // namespace eha

@@ -244,7 +244,7 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     console.next_step(show);
   } else if (run.written) {
     console.next_step(run.written->command);
-  } else if (sheet::is_in_rig_file(run)) {
+  } else if (sheet::is_in_rig_file(run) || sheet::is_written_since(run)) {
     console.info(sheet::next_of(run, console.rig()));
     console.next_step(show);
   } else {

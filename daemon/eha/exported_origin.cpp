@@ -7,10 +7,12 @@
 
 #include "config/bound_text.hpp"
 #include "core/code_text.hpp"
+#include "core/json_text.hpp"
 #include "core/os/written_at.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/report/html.hpp"
 
 namespace eha::cli {
 
@@ -18,8 +20,9 @@ std::string file_line(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return "File " + file.filename().string();  // a pipe is read
   const std::string written = os::written_at({file});
-  return fmt::format("File {}{}, SHA-256 {}", file.filename().string(),
-                     written.empty() ? std::string() : " of " + written + " UTC", record::sha256_of_file(file));
+  // The hash first: what is too long for a line is cut at its end.
+  return fmt::format("SHA-256 {} of {}{}", record::sha256_of_file(file), file.filename().string(),
+                     written.empty() ? std::string() : ", written " + written + " UTC");
 }
 
 std::string source_line(const std::string& source) {
@@ -28,8 +31,9 @@ std::string source_line(const std::string& source) {
     return file_line(source) + (folder.empty() ? std::string() : ", in " + folder);
   }
   const nlohmann::ordered_json& run = record::read_manifest(source).other;
-  return fmt::format("Run {}, begun {} on {}", source, run.value("utc_start", "at an unknown time"),
-                     run.value(nlohmann::ordered_json::json_pointer("/rig/name"), std::string("an unknown rig")));
+  return fmt::format("Run {}, begun {} on {}", source,
+                     report::utc_text(text_at(run, "/utc_start", "at an unknown time")),
+                     text_at(run, "/rig/name", "an unknown rig"));
 }
 
 std::vector<std::string> origin_lines(const std::filesystem::path& file, const config::ControllerConfig& controller,

@@ -38,6 +38,7 @@
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
+#include "daemon/record/sha256.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/record_findings.hpp"
@@ -267,6 +268,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
   rig.fit = command_of_ladder(command);
   console.set_rig(std::move(rig));
   print_import(source.guess, source.remarks, source.repairs, console);
+  std::error_code unknown;
+  if (!source.run_folder && fs::is_regular_file(command.source, unknown)) {
+    source.sha256 = record::sha256_of_file(command.source);
+  }
   if (source.experiment) {
     const auto other = [&](const auto& kind) { return computed_instead(kind, command, source, console); };
     if (const auto code = std::visit(other, source.experiment->kind)) return *code;

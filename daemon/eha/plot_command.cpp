@@ -197,7 +197,7 @@ std::optional<plot::Figure> of_judged_table(const std::string& file, const ident
     const std::string title = fmt::format("{}: {}, recommended{}", title_of(file), names.front(),
                                           names.size() > 1 ? ", and its runner-up" : "");
     return report::fit_figure(subject.fit, names, subject.split_s(), title);
-  } catch (const std::exception&) {
+  } catch (const Error&) {
     return std::nullopt;  // a file beside the table that is no model: the table alone is drawn
   }
 }
@@ -277,11 +277,9 @@ plot::Figure of_table(const record::NumberTable& table, const std::string& name,
 /// The first line of a CSV file that is no comment; empty where it cannot be read.
 std::string header_of(const std::string& file) {
   constexpr std::size_t kEnough = 4096;
-  std::string head;
+  std::string head(kEnough, ' ');
   try {
-    os::read_in_pieces(file, [&](std::string_view piece) {
-      if (head.size() < kEnough) head += piece.substr(0, kEnough);
-    });
+    head.resize(os::read_up_to(os::open_regular_file(file), head.data(), head.size(), file));
   } catch (const Error&) {
     return {};
   }
@@ -330,16 +328,10 @@ plot::Figure of_record(const PlotCommand& command, Console& console) {
   return report::record_figure(record, title_of(command.source));
 }
 
-/// Whether an option says how a record is to be read.
-bool is_to_import(const importer::Options& options) {
-  return options.time || options.input || options.output || options.delimiter || options.decimal || options.thousands ||
-         options.period_s || options.from_s || options.to_s || options.resample || options.keep_lone_rows;
-}
-
 plot::Figure figure_of(const PlotCommand& command, Console& console) {
   const std::string& source = command.source;
   std::error_code ignored;
-  if (is_to_import(command.import)) return of_record(command, console);
+  if (importer::says_how_to_read(command.import)) return of_record(command, console);
   record::require_no_link_of_others(source);
   if (fs::is_directory(source, ignored)) return of_run(source, console);
   if (is_controller_file(source)) return of_controller(source, console);
@@ -365,7 +357,7 @@ std::string parameters_text(const std::string& source, const Console& console) {
   if (model.verdict) {
     const auto& band = model.verdict->usable_band;
     grade = fmt::format("{}: {}; {}\n", model.name, ident::verdict_word(*model.verdict),
-                        band ? fmt::format("usable from {:.3g} to {:.3g} Hz, beyond (dotted) no record tests it",
+                        band ? fmt::format("usable from {:.3g} to {:.3g} Hz, no record tests what is beyond",
                                            band->lowest_Hz, band->highest_Hz)
                              : "no usable band: no part of the picture is tested by its record");
   }

@@ -147,7 +147,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   report::Subject run{.name = result.folder.filename().string()};
   run.manifest = record::to_json(record::read_manifest(result.opened.files()));
   const auto& started = run.part("utc_start");
-  if (started.is_string()) subject.dated = fmt::format(", tried {} UTC", started.get<std::string>());
+  if (started.is_string()) subject.dated = ", tried " + report::utc_text(started.get<std::string>());
   for (report::Section section : {report::timing_section(run), report::manifest_section(run)}) {
     section.folded = true;
     subject.further.push_back(std::move(section));

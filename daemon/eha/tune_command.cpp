@@ -158,10 +158,16 @@ fs::path rig_path(const TuneCommand& command, const ident::Model& model, const C
 }
 
 /// The record of a model as a controller's file names it, so that it is found from any folder.
-std::string named_record(const std::string& record) {
+std::string named_record(const std::map<std::string, std::string>& provenance) {
+  const auto record = provenance.find("record");
+  if (record == provenance.end() || record->second.empty()) return "unknown";
   std::error_code ignored;
-  if (record.empty()) return "unknown";
-  return fs::exists(record, ignored) ? record::resolved_path(record).string() : record;
+  if (!fs::exists(record->second, ignored)) return record->second;
+  // The name is of the folder of the fit; a file of that name here may be another one.
+  const auto hash = provenance.find("record_sha256");
+  const bool is_file = fs::is_regular_file(record->second, ignored);
+  const bool is_other = is_file && (hash == provenance.end() || record::sha256_of_file(record->second) != hash->second);
+  return is_other ? record->second : record::resolved_path(record->second).string();
 }
 
 /// Says that the rig file in force has another valve, or another simulated plant, than when the model's run was played.
@@ -429,7 +435,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
       .rig_file = rig_file.string(),
       .rig_sha256 = record::sha256_of(std::as_bytes(std::span(rig.text))),
       .twin = command.twin_file ? record::resolved_path(*command.twin_file).string() : inputs.twin,
-      .run = named_record(record),
+      .run = named_record(model.provenance),
       .sheet = command.sheet_run ? record::resolved_path(*command.sheet_run).string() : "",
       .made_by = fmt::format("eha {}", EHA_VERSION)};
   config::ControllerConfig controller =

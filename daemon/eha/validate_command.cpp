@@ -134,19 +134,13 @@ std::string effect_beside(const ident::Model& model, const ident::ValidationRepo
   return is_named ? std::string() : ident::effect_of(model);
 }
 
-/// Whether a file needs no option to be read, as `eha compare` has none.
-bool is_read_as_it_is(const importer::Options& o) {
-  return !o.time && !o.input && !o.output && !o.delimiter && !o.decimal && !o.thousands && !o.period_s && !o.from_s &&
-         !o.to_s && !o.resample && !o.keep_lone_rows;
-}
-
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
   identify::Source source =
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   suggest::RigAccess rig = source.run_folder ? access_of_run(*source.run_folder) : access_of_file();
-  if (is_read_as_it_is(command.import)) rig.fit = "eha fit " + shell_word(command.source);
+  if (!importer::says_how_to_read(command.import)) rig.fit = "eha fit " + shell_word(command.source);
   console.set_rig(std::move(rig));
   const bool is_asked = command.record.intersample == ident::Intersample::straight;
   if (is_asked || (!source.run_folder &&
@@ -248,13 +242,13 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     const std::string record = record_of(model);
     std::error_code ignored;
-    const bool is_of_file =
-        !source.run_folder && is_read_as_it_is(command.import) && std::filesystem::is_regular_file(record, ignored);
+    const bool is_of_file = !source.run_folder && !importer::says_how_to_read(command.import) &&
+                            std::filesystem::is_regular_file(record, ignored);
     if (scored_here.of_another_plant && is_of_file) {
       // The comparison of the model with this record is told already.
       console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(record),
                                     shell_word(command.source), intersample_words(command.record.intersample)));
-    } else if (source.run_folder || is_read_as_it_is(command.import)) {
+    } else if (source.run_folder || !importer::says_how_to_read(command.import)) {
       // The record's own report does not show this model.
       console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(command.model_file),
                                     shell_word(command.source), intersample_words(command.record.intersample)));
@@ -264,8 +258,9 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     }
     return ExitCode::model_rejected;
   }
-  const auto input =
-      is_read_as_it_is(command.import) ? input_words_of_record(command.source, model.input_unit) : std::nullopt;
+  const auto input = !importer::says_how_to_read(command.import)
+                         ? input_words_of_record(command.source, model.input_unit)
+                         : std::nullopt;
   console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
                                 shell_word(free_name("output.csv"))));
   return ExitCode::ok;

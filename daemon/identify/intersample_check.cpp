@@ -11,6 +11,7 @@
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/signal/kept_values.hpp"
 
 namespace eha::identify {
 namespace {
@@ -29,7 +30,7 @@ constexpr double kFarFalls = 0.7;  // the same, which leaves half of what was le
 bool is_staircase(const Eigen::VectorXd& input) {
   Eigen::Index repeats = 0;
   for (Eigen::Index k = 1; k < input.size(); ++k) {
-    if (!(input[k] < input[k - 1]) && !(input[k] > input[k - 1])) ++repeats;
+    if (ident::is_same_value(input[k], input[k - 1])) ++repeats;
   }
   return static_cast<double>(repeats) > kRepeats * static_cast<double>(input.size());
 }

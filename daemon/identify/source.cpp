@@ -18,7 +18,6 @@
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
-#include "daemon/record/sha256.hpp"
 #include "ident/validation/loop_in_record.hpp"
 
 namespace eha::identify {
@@ -27,10 +26,7 @@ namespace {
 
 /// Of the import options a run accepts only --from and --to.
 void refuse_options(const std::string& name, const importer::Options& options) {
-  const bool any = options.time || options.input || options.output || options.delimiter || options.decimal ||
-                   options.thousands || options.period_s || options.resample || options.input_late > 0 ||
-                   options.keep_lone_rows;
-  if (!any) return;
+  if (!importer::names_columns_or_times(options)) return;
   throw UsageError(
       fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
                   "--decimal, --thousands, --period, --input-late, --resample and --keep-lone-rows",
@@ -87,7 +83,6 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   std::error_code ignored;
   if (!std::filesystem::is_directory(name, ignored)) {
     importer::Imported imported = importer::import_record(name, options, progress);
-    if (std::filesystem::is_regular_file(name, ignored)) source.sha256 = record::sha256_of_file(name);
     source.record = std::move(imported.record);
     source.unmeasured = ident::unmeasured_of(source.record);
     source.without_input = imported.held.size();

@@ -27,7 +27,8 @@ struct Source {
   /// Rows of one repetition, of the run or as the named experiment would play it; 0 when unknown.
   std::size_t repetition_samples = 0;
   acquisition::Outcome outcome = acquisition::Outcome::completed;
-  std::string sha256 = {};                ///< of a file; empty: of a run, whose run.json has those of its files
+  std::string sha256 =
+      {};  ///< of a file that is fitted; empty: not computed, or of a run, whose run.json has those of its files
   std::string units = {};                 ///< of displayed lengths, from the run's rig file; empty: none
   ident::Unmeasured unmeasured = {};      ///< of the rows of the run or file
   std::size_t without_input = 0;          ///< of a file: of these, the rows whose input was not measured

@@ -26,14 +26,19 @@ std::size_t word_end(const std::string& command, std::size_t at) {
   return std::min(at, command.size());
 }
 
-/// Erases " --name VALUE", " --name=VALUE" or " --name" from a command of a shell.
+/// Erases "--name VALUE", "--name=VALUE" or "--name", the first time that it stands as a word of a shell's command.
 void erase_option(std::string& command, const std::string& name, bool has_value) {
-  const std::size_t joined = command.find(" " + name + "=");
-  const std::size_t begin = std::min(joined, (command + " ").find(" " + name + " "));
-  if (begin == std::string::npos) return;
-  std::size_t end = word_end(command, begin + 1);
-  if (begin != joined && has_value) end = word_end(command, std::min(end + 1, command.size()));
-  command.erase(begin, end - begin);
+  for (std::size_t at = 0; at < command.size();) {
+    std::size_t end = word_end(command, at);
+    const std::string_view word = std::string_view(command).substr(at, end - at);
+    const bool is_joined = word.starts_with(name + "=");
+    if (word == name || is_joined) {
+      if (has_value && !is_joined) end = word_end(command, std::min(end + 1, command.size()));
+      command.erase(at > 0 ? at - 1 : 0, end - at + (at > 0 ? 1 : 0));
+      return;
+    }
+    at = end + 1;
+  }
 }
 
 /// Replaces each word that is `from`; false where there is none.
@@ -95,7 +100,7 @@ std::string command_without(const Options& options, const std::vector<std::strin
 }
 
 std::string command_that_made(const Options& options) {
-  std::string command = command_without(options, {"-o"});
+  std::string command = command_without(options, {"-o", "--units"});
   for (const char* flag : {"--json", "--no-progress", "-q", "--quiet", "-v", "--verbose"}) {
     erase_option(command, flag, false);
   }

@@ -29,6 +29,15 @@ struct Options {
   std::string then = {};
 };
 
+/// Whether an option says what the columns and the times of a file are.
+[[nodiscard]] inline bool names_columns_or_times(const Options& o) {
+  return o.time || o.input || o.output || o.delimiter || o.decimal || o.thousands || o.period_s || o.resample ||
+         o.input_late > 0 || o.keep_lone_rows;
+}
+
+/// Whether an option says how a record is to be read: of its columns and times, or which rows.
+[[nodiscard]] inline bool says_how_to_read(const Options& o) { return names_columns_or_times(o) || o.from_s || o.to_s; }
+
 /// Called in the calling thread now and then. @param share  done so far, 0..1   @param step  "r.csv: 200000 rows"
 using Progress = std::function<void(double share, const std::string& step)>;
 

@@ -16,6 +16,7 @@
 #include "core/time_text.hpp"
 #include "daemon/importer/signal_scale.hpp"
 #include "ident/record.hpp"
+#include "ident/signal/kept_values.hpp"
 #include "ident/signal/value_step.hpp"
 
 namespace eha::importer {
@@ -99,7 +100,7 @@ std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>
     std::vector<std::size_t> at;
     for (std::size_t k = 0; k < output.size(); ++k) {
       // Equal to the bit: a converter at its end.
-      if (!(output[k] < extreme) && !(output[k] > extreme)) at.push_back(k);
+      if (ident::is_same_value(output[k], extreme)) at.push_back(k);
     }
     // A coarse sensor has many rows at each of its values.
     const double next = extreme < *greatest ? extreme + step : extreme - step;
@@ -151,7 +152,7 @@ std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const st
   std::vector<Stretch> found;
   for (std::size_t k = 0; k < output.size();) {
     std::size_t end = k + 1;
-    while (end < output.size() && !(output[end] < output[k]) && !(output[end] > output[k])) ++end;
+    while (end < output.size() && ident::is_same_value(output[end], output[k])) ++end;
     if (end - k >= shortest && output[k] > *least && output[k] < *greatest) {
       const auto [from, to] = std::minmax_element(input.begin() + static_cast<std::ptrdiff_t>(k),
                                                   input.begin() + static_cast<std::ptrdiff_t>(k + (end - k) / 2));
@@ -166,7 +167,7 @@ std::vector<Stretch> frozen_stretches(const std::vector<double>& input, const st
 bool is_held_as_a_command(const std::vector<double>& signal) {
   std::size_t same = 0;
   for (std::size_t k = 1; k < signal.size(); ++k) {
-    if (!(signal[k] < signal[k - 1]) && !(signal[k] > signal[k - 1])) ++same;
+    if (ident::is_same_value(signal[k], signal[k - 1])) ++same;
   }
   return static_cast<double>(same) > kShareHeld * static_cast<double>(signal.size());
 }
@@ -281,7 +282,7 @@ std::optional<std::size_t> held_rows(const std::vector<double>& output) {
   std::vector<double> lengths;
   std::size_t since = 0;
   for (std::size_t k = 1; k < output.size(); ++k) {
-    if (!(output[k] < output[k - 1]) && !(output[k] > output[k - 1])) continue;
+    if (ident::is_same_value(output[k], output[k - 1])) continue;
     if (since > 0) lengths.push_back(static_cast<double>(k - since));
     since = k;
   }

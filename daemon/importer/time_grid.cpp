@@ -18,6 +18,7 @@
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "ident/record.hpp"
+#include "ident/signal/kept_values.hpp"
 
 namespace eha::importer {
 namespace {
@@ -216,7 +217,7 @@ class Grid {
   /// Whether a row has all values of the row before.
   [[nodiscard]] bool keeps_values(std::size_t k) const {
     return std::all_of(table_.columns.begin() + 1, table_.columns.end(), [k](const std::vector<double>& column) {
-      return !(column[k] > column[k - 1]) && !(column[k] < column[k - 1]);
+      return ident::is_same_value(column[k], column[k - 1]);
     });
   }
 

@@ -149,7 +149,7 @@ std::string plots_of(const Panel& panel, const std::string& prefix, bool in_char
     const Series& series = panel.series[i];
     if (!is_drawn(series, in_characters)) continue;
     order.push_back(i);
-    if (series.label.empty()) continue;
+    if (series.label.empty() || (in_characters && series.is_faint)) continue;  // a character is never faint
     const std::string with = drawn_with(series, in_characters);
     // An entry of the key alone knows no closed curve.
     const std::size_t closed = with.find("closed ");
@@ -296,9 +296,23 @@ Range x_ends(const Panel& panel) {
   return ends;
 }
 
+/// In characters the key lists neither rules nor shades: the axis says where they are.
+std::string label_of_x(const Panel& panel, bool in_characters) {
+  std::string label = panel.x_label;
+  if (!in_characters) return label;
+  for (const Rule& rule : panel.rules) {
+    if (rule.vertical && !rule.label.empty()) label += fmt::format("; at {:.3g}: {}", rule.at, rule.label);
+  }
+  for (const Shade& shade : panel.shades) {
+    if (!shade.label.empty()) label += fmt::format("; {:.3g} to {:.3g}: {}", shade.from, shade.to, shade.label);
+  }
+  return label;
+}
+
 void add_axes(std::string& script, const Panel& panel, const Range& x_range, bool in_characters) {
-  fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n", quoted(panel.x_label),
-                 panel.is_map ? 0.0 : 0.5, has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
+  fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n",
+                 quoted(label_of_x(panel, in_characters)), panel.is_map ? 0.0 : 0.5,
+                 has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
   script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
   script += panel.log_x ? "set format x '%g'\n" : "set format x '%h'\n";
   add_range(script, "x", x_range);

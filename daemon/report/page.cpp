@@ -124,23 +124,6 @@ std::string remark_html(const Remark& remark) {
   return html.empty() ? "" : "<dl class=\"remark\">\n" + html + "</dl>\n";
 }
 
-std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
-  std::string html =
-      item.folded ? "<details class=\"item\">\n<summary>" + escaped(item.heading) + "</summary>\n" : std::string();
-  html += drawn != nullptr ? "<div class=\"item with-plot\">\n" : "<div class=\"item\">\n";
-  if (!item.heading.empty() && !item.folded) html += "<h3>" + escaped(item.heading) + "</h3>\n";
-  if (drawn != nullptr) {
-    html += drawn->error.empty() ? "<div class=\"plot\">" + drawn->svg + "</div>\n"
-                                 : "<p class=\"missing\">This plot is missing: " + escaped(drawn->error) + "</p>\n";
-    if (const std::string remark = remark_html(item.remark); !remark.empty())
-      html += "<div class=\"beside\">" + remark + "</div>\n";
-    if (!item.html.empty()) html += "<div class=\"below\">" + item.html + "</div>\n";
-  } else {
-    html += item.html;
-  }
-  return html + (item.folded ? "</div>\n</details>\n" : "</div>\n");
-}
-
 /// Letters, digits and hyphens of an option behind its "--".
 bool continues_option(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; }
 
@@ -167,6 +150,24 @@ std::string with_whole_options(std::string_view html) {
     at = tag < html.size() ? after : tag;
   }
   return result;
+}
+
+std::string item_html(const Item& item, const plot::InlineFigure* drawn) {
+  std::string html =
+      item.folded ? "<details class=\"item\">\n<summary>" + escaped(item.heading) + "</summary>\n" : std::string();
+  html += drawn != nullptr ? "<div class=\"item with-plot\">\n" : "<div class=\"item\">\n";
+  if (!item.heading.empty() && !item.folded) html += "<h3>" + escaped(item.heading) + "</h3>\n";
+  if (drawn != nullptr) {
+    html += drawn->error.empty() ? "<div class=\"plot\">" + drawn->svg + "</div>\n"
+                                 : "<p class=\"missing\">This plot is missing: " + escaped(drawn->error) + "</p>\n";
+    // Not the picture, whose texts have no spans.
+    if (const std::string remark = remark_html(item.remark); !remark.empty())
+      html += "<div class=\"beside\">" + with_whole_options(remark) + "</div>\n";
+    if (!item.html.empty()) html += "<div class=\"below\">" + with_whole_options(item.html) + "</div>\n";
+  } else {
+    html += with_whole_options(item.html);
+  }
+  return html + (item.folded ? "</div>\n</details>\n" : "</div>\n");
 }
 
 }  // namespace
@@ -199,7 +200,7 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
     page.html += section.folded ? "<details class=\"section\">\n<summary>" + name + "</summary>\n"
                                 : "<section>\n<h2>" + name + "</h2>\n";
     for (const Item& item : section.items) {
-      page.html += with_whole_options(item_html(item, item.figure ? &drawn[next] : nullptr));
+      page.html += item_html(item, item.figure ? &drawn[next] : nullptr);
       if (item.figure) ++next;
     }
     page.html += section.folded ? "</details>\n" : "</section>\n";

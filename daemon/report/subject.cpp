@@ -112,10 +112,10 @@ fs::path folder_of_tables(const fs::path& model_file) {
   return beside;
 }
 
-/// The record that a model is of, and its hash; empty where its file does not say.
+/// The record that a model is of, its hash, and which rows and columns of it; empty where its file does not say.
 std::string record_of(const ident::Model& model) {
   std::string text;
-  for (const char* key : {"record", "record_sha256"}) {
+  for (const char* key : {"record", "record_sha256", "record_rows", "read_as"}) {
     const auto found = model.provenance.find(key);
     if (found != model.provenance.end()) text += found->second + "\n";
   }

@@ -74,13 +74,24 @@ std::string limits_html(const ident::Verdict& verdict) {
          list(limits);
 }
 
-/// Greatest speed of a record's output, by straight lines through five rows each, as single rows have noise.
+/// Greatest speed of a record's output, by straight lines through its rows of 0.2 s each, five at least: single rows
+/// have noise.
 double greatest_speed(const std::vector<double>& time_s, const std::vector<double>& output) {
+  constexpr double kLine_s = 0.2;
+  constexpr std::size_t kFewest = 5;
+  constexpr std::size_t kStarts = 8;  // a line begins so many times in its length
+  const std::size_t rows = std::min(time_s.size(), output.size());
+  if (rows < kFewest) return 0.0;
+  const double step_s = (time_s[rows - 1] - time_s[0]) / static_cast<double>(rows - 1);
+  if (!(step_s > 0.0)) return 0.0;
+  const std::size_t length = std::clamp(static_cast<std::size_t>(std::lround(kLine_s / step_s)), kFewest, rows);
+  const double middle = 0.5 * static_cast<double>(length - 1);
+  const double squares = static_cast<double>(length * (length * length - 1)) / 12.0;  // of k - middle
   double greatest = 0.0;
-  for (std::size_t i = 2; i + 2 < std::min(time_s.size(), output.size()); ++i) {
-    const double step_s = 0.25 * (time_s[i + 2] - time_s[i - 2]);
-    const double rise = 2.0 * (output[i + 2] - output[i - 2]) + output[i + 1] - output[i - 1];
-    if (step_s > 0.0 && std::isfinite(rise)) greatest = std::max(greatest, std::abs(rise) / (10.0 * step_s));
+  for (std::size_t first = 0; first + length <= rows; first += std::max<std::size_t>(1, length / kStarts)) {
+    double rise = 0.0;
+    for (std::size_t k = 0; k < length; ++k) rise += (static_cast<double>(k) - middle) * output[first + k];
+    if (std::isfinite(rise)) greatest = std::max(greatest, std::abs(rise) / squares / step_s);
   }
   return greatest;
 }

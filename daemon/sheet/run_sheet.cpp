@@ -133,7 +133,9 @@ bool is_in_rig_file(const RunSheet& run) {
 
 bool is_written_since(const RunSheet& run) {
   constexpr double kDecimals = 1e-4;  // of the lines that are written
-  if (run.access.rig_file.empty()) return false;
+  std::error_code unknown;
+  // The path may be a stranger's, and a pipe without a writer would be waited for.
+  if (run.access.rig_file.empty() || !std::filesystem::is_regular_file(run.access.rig_file, unknown)) return false;
   try {
     const auto there = config::load_rig(run.access.rig_file).limits.following;
     if (!there || !there->null_uncertainty_V) return false;

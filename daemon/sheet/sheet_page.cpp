@@ -73,7 +73,7 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   }
   item.remark.to_do = sheet.has_hysteresis
                           ? "Rising and falling command differ: clean or dither the valve if a controller needs less."
-                      : run.written || is_in_rig_file(run)
+                      : run.written || is_in_rig_file(run) || is_written_since(run)
                           ? "Nothing of the valve. Dry friction does not show here: the fit of a run names it."
                           : "Put the lines below into the rig file.";
   return item;

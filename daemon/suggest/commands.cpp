@@ -10,18 +10,13 @@
 #include <utility>
 
 #include "core/html_text.hpp"
+#include "core/json_text.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::suggest {
 namespace {
 
 using nlohmann::ordered_json;
-
-std::string text_at(const ordered_json& document, const char* place) {
-  const ordered_json::json_pointer pointer(place);
-  return document.contains(pointer) && document.at(pointer).is_string() ? document.at(pointer).get<std::string>()
-                                                                        : std::string();
-}
 
 /// A command that drives the rig. @param takes_output  -o is the parent of its run folder
 std::string driven(const RigAccess& rig, std::string command, bool takes_output) {

@@ -229,11 +229,7 @@ plot::Figure motion_figure(const TrialTrace& t, std::string title, const Display
   // Every row counts: the remark names the greatest.
   plot::Points errors = plot::envelope(t.time_s, error, kErrorBuckets);
   following.series.push_back({.label = means, .x = std::move(errors.x), .y = std::move(errors.y), .style = 1});
-  // A picture in characters has no key of its shades.
-  plot::Panel command{.x_label = t.sweep_s ? fmt::format("time [s]; {:.0f} to {:.0f} s: the sweep for the margins",
-                                                         t.sweep_s->first, t.sweep_s->second)
-                                           : "time [s]",
-                      .y_label = "command [V]"};
+  plot::Panel command{.x_label = "time [s]", .y_label = "command [V]"};
   // A command is held until the next tick.
   const plot::Series volts{.label = "", .x = time, .y = thinned(t.command_V, every), .style = 1};
   command.series.push_back(every == 1 ? report::held(volts) : volts);

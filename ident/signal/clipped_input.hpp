@@ -23,7 +23,8 @@ struct ClippedInput {
 [[nodiscard]] std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input);
 
 /// The input as it may have gone on beyond its ends: each run becomes a cubic that goes on with the slopes beside it,
-/// whose way beyond the end is multiplied by `scale`.
+/// whose way beyond the end is multiplied by `scale`, 1 for the cubic itself. [input unit]
+/// @param clipped  of this input, as clipped_input() returns it. Cost O(N)
 [[nodiscard]] Eigen::VectorXd bridged(const Eigen::VectorXd& input, const ClippedInput& clipped, double scale);
 
 }  // namespace eha::ident

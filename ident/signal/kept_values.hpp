@@ -6,8 +6,8 @@
 
 namespace eha::ident {
 
-/// Whether two values are the same to the last digit: a NaN is the same as none.
-[[nodiscard]] inline bool is_same_value(double a, double b) noexcept { return a <= b && a >= b; }
+/// Whether two values are the same to the last digit. A NaN, a value that is missing, counts as the same as any.
+[[nodiscard]] inline bool is_same_value(double a, double b) noexcept { return !(a < b) && !(a > b); }
 
 /// Calls `take` with the first and the last row of each run of one value, in their order; a value that no neighbour
 /// has is a run of one row. @param values  finite, in any unit. Cost O(N)

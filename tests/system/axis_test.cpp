@@ -139,7 +139,7 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
   EXPECT_TRUE(result.at("kept").get<bool>());
   EXPECT_TRUE(result.at("changes").empty()) << result.at("changes");
   const Ended plot = run_eha({"plot", track_run()}, folder_->path());
-  EXPECT_NE(plot.out.find("the sweep for the margins"), std::string::npos) << plot.out << plot.err;
+  EXPECT_NE(plot.out.find("sweep for the margins"), std::string::npos) << plot.out << plot.err;
 }
 
 TEST_F(Axis, IsOneTableOfModelValvePromiseAndMeasured) {

@@ -214,6 +214,17 @@ TEST(Fit, RefusesAnInitialStateInThePapersProcedure) {
                  {"--initial-state estimated", "paper"});
 }
 
+TEST(ClosedPipe, EndsACommandWithoutAWordAndKeepsItsCode) {
+  const TemporaryFolder folder;
+  folder.write("bad.toml", "schema = 1\n");
+  const std::string eha = EHA_PROGRAM;
+  const auto ended = [&](const std::string& command) {
+    return output_of_shell("cd '" + folder.path().string() + "' && { sleep 0.3; " + eha + " " + command +
+                           " 2>err; echo $? >code; } | true; cat code err");
+  };
+  EXPECT_EQ(ended("doctor --help"), std::to_string(static_cast<int>(ExitCode::io)) + "\n");
+}
+
 TEST(RunsShow, RefusesWhatIsNoRun) {
   const TemporaryFolder folder;
   expect_refused(folder, {"runs", "show", "none"}, ExitCode::io, {"none"});

@@ -208,6 +208,8 @@ TEST(Command, OnAFileThatWasMadeOfTheNamedOneKeepsWhatHoldsForIt) {
             "eha fit r-rest.txt --delimiter tab --to 9 --units mm -o m --input 2");
   EXPECT_EQ(command_on({}, "r.txt", "r-rest.txt"), "eha import r-rest.txt");
   EXPECT_EQ(command_that_made({.command = "eha fit r.txt --to 9 -o 'm 1' --json -v"}), "eha fit r.txt --to 9");
+  EXPECT_EQ(command_that_made({.command = "eha fit 'bench -v -o 2.csv' --units mm --output=y"}),
+            "eha fit 'bench -v -o 2.csv' --output=y");
 }
 
 TEST(Units, OfTimeAreConvertedAndOthersKept) {

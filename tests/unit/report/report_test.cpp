@@ -622,6 +622,15 @@ TEST(Page, BreaksNoOptionBehindItsHyphens) {
       << html.substr(html.find("</style>"));
 }
 
+TEST(Page, PutsNoSpanIntoAPicture) {
+  plot::Panel panel{.x_label = "time [s]", .y_label = "pos --raw [V]"};
+  panel.series.push_back({.label = "pos", .x = {0.0, 1.0}, .y = {0.0, 1.0}});
+  const Section section{.title = "s", .items = {{.heading = "h", .figure = plot::Figure{.panels = {panel}}}}};
+  const std::string html = assembled("t", "", {section}, std::nullopt).html;
+  EXPECT_NE(html.find("pos --raw"), std::string::npos) << "gnuplot is missing, or the label is drawn otherwise";
+  EXPECT_EQ(html.find("<span class=\"option\">--raw"), std::string::npos);
+}
+
 TEST(UtcText, IsNoClockOfAMachine) {
   EXPECT_EQ(utc_text("2026-11-28T21:59:42Z"), "2026-11-28 21:59:42 UTC");
   EXPECT_EQ(utc_text("unknown"), "unknown");
