@@ -214,9 +214,8 @@ TEST(Fit, RefusesAnInitialStateInThePapersProcedure) {
                  {"--initial-state estimated", "paper"});
 }
 
-TEST(ClosedPipe, EndsACommandWithoutAWordAndKeepsItsCode) {
+TEST(ClosedPipe, EndsACommandWithoutAWord) {
   const TemporaryFolder folder;
-  folder.write("bad.toml", "schema = 1\n");
   const std::string eha = EHA_PROGRAM;
   const auto ended = [&](const std::string& command) {
     return output_of_shell("cd '" + folder.path().string() + "' && { sleep 0.3; " + eha + " " + command +

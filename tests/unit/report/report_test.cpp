@@ -625,7 +625,8 @@ TEST(Page, BreaksNoOptionBehindItsHyphens) {
 TEST(Page, PutsNoSpanIntoAPicture) {
   plot::Panel panel{.x_label = "time [s]", .y_label = "pos --raw [V]"};
   panel.series.push_back({.label = "pos", .x = {0.0, 1.0}, .y = {0.0, 1.0}});
-  const Section section{.title = "s", .items = {{.heading = "h", .figure = plot::Figure{.panels = {panel}}}}};
+  const Section section{.title = "s",
+                        .items = {{.heading = "h", .figure = plot::Figure{.title = "", .panels = {panel}}}}};
   const std::string html = assembled("t", "", {section}, std::nullopt).html;
   EXPECT_NE(html.find("pos --raw"), std::string::npos) << "gnuplot is missing, or the label is drawn otherwise";
   EXPECT_EQ(html.find("<span class=\"option\">--raw"), std::string::npos);
