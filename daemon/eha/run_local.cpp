@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -254,9 +253,9 @@ ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, c
   std::size_t begun = 0;
   bool was_stopped = false;
   bool is_forbidden = false;  // by a line of the rig
+  std::optional<std::pair<std::string, ExitCode>> refusal;
   for (bool goes_on = true; goes_on && begun < planned.size();) {
     std::vector<Acquired> acquired;
-    std::exception_ptr refusal;
     for (; goes_on && begun < planned.size() && acquired.size() < at_once;
          goes_on = goes_on && is_sound(acquired.back())) {
       const PlannedRun& one = planned[begun];
@@ -266,9 +265,11 @@ ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, c
         was_stopped = acquired.back().was_stopped;
         is_forbidden = acquired.back().run.circuit != acquisition::CircuitAtRest::sound;
         ++begun;
-      } catch (const Error&) {
+      } catch (const Error& error) {
         if (acquired.empty()) throw;
-        refusal = std::current_exception();
+        // Said after those that were played.
+        refusal = {error.what(), error.exit_code()};
+        goes_on = false;
         break;
       }
     }
@@ -286,9 +287,12 @@ ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, c
       }
       if (code == ExitCode::ok) code = own;
     }
-    if (refusal) std::rethrow_exception(refusal);
   }
-  if (begun < planned.size() && code == ExitCode::ok) {
+  if (refusal) {
+    console.set_subject(planned[begun].file);
+    console.error(refusal->first);
+    code = refusal->second;
+  } else if (begun < planned.size() && code == ExitCode::ok) {
     code = was_stopped ? ExitCode::interrupted : ExitCode::safety_trip;
   }
   for (std::size_t i = begun; i < planned.size(); ++i) rest.push_back(planned[i].file);
@@ -296,10 +300,10 @@ ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, c
   console.print_json({{"schema", "eha-run-list/1"}, {"runs", documents}, {"exit_code", static_cast<int>(code)}});
   if (!rest.empty()) {
     console.set_subject("");
-    console.info(fmt::format("not played, because {}: {}",
-                             is_forbidden ? "of what the rig's lines showed after the experiment before"
-                                          : "the experiment before did not complete",
-                             fmt::join(rest, ", ")));
+    const char* why = "the experiment before did not complete";
+    if (refusal) why = "the first of them was refused";
+    if (is_forbidden) why = "of what the rig's lines showed after the experiment before";
+    console.info(fmt::format("not played, because {}: {}", why, fmt::join(rest, ", ")));
   }
   console.next_step("eha runs list " + shell_word(command.output.string()));
   if (!rest.empty()) console.next_step(suggest::run(console.rig(), rest));

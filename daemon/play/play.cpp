@@ -144,13 +144,13 @@ class LinesAfterRun {
       if (is_watched_) working = std::async(std::launch::async, work);
     } catch (const std::system_error&) {  // no thread is to be had
     }
-    if (!working.valid()) {
+    if (working.valid()) {
+      while (working.wait_for(kRestRead) != std::future_status::ready) read();
+      working.get();
+    } else {
       work();
-      if (is_watched_) read();
-      return;
     }
-    while (working.wait_for(kRestRead) != std::future_status::ready) read();
-    working.get();
+    if (is_watched_) read();  // also after work that is done at once
   }
 
   /// Reads until a contactor has dropped out, or must have.

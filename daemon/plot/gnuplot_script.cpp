@@ -296,23 +296,9 @@ Range x_ends(const Panel& panel) {
   return ends;
 }
 
-/// In characters the key lists neither rules nor shades: the axis says where they are.
-std::string label_of_x(const Panel& panel, bool in_characters) {
-  std::string label = panel.x_label;
-  if (!in_characters) return label;
-  for (const Rule& rule : panel.rules) {
-    if (rule.vertical && !rule.label.empty()) label += fmt::format("; at {:.3g}: {}", rule.at, rule.label);
-  }
-  for (const Shade& shade : panel.shades) {
-    if (!shade.label.empty()) label += fmt::format("; {:.3g} to {:.3g}: {}", shade.from, shade.to, shade.label);
-  }
-  return label;
-}
-
 void add_axes(std::string& script, const Panel& panel, const Range& x_range, bool in_characters) {
-  fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n",
-                 quoted(label_of_x(panel, in_characters)), panel.is_map ? 0.0 : 0.5,
-                 has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
+  fmt::format_to(std::back_inserter(script), "set xlabel {} offset 0,{}\nset ylabel {}\n", quoted(panel.x_label),
+                 panel.is_map ? 0.0 : 0.5, has_own_y_label(panel, in_characters) ? "''" : quoted(panel.y_label));
   script += panel.log_x ? "set logscale x\n" : "unset logscale\n";
   script += panel.log_x ? "set format x '%g'\n" : "set format x '%h'\n";
   add_range(script, "x", x_range);
@@ -346,11 +332,18 @@ void add_axes(std::string& script, const Panel& panel, const Range& x_range, boo
   script += ")\n";
 }
 
-/// "base: displacement [in]", "error [in] over time [s]": a terminal has no place beside the axes.
+/// "base: displacement [in]", "error [in] over time [s]; 10 to 20: at rest": a terminal has no place beside the axes,
+/// and its key lists neither rules nor shades.
 std::string title_in_characters(const Figure& figure, const Panel& panel) {
   std::string title = &panel == &figure.panels.front() ? figure.title : std::string();
   if (!panel.y_label.empty()) title += (title.empty() ? "" : ": ") + panel.y_label;
   if (!panel.x_label.empty()) title += " over " + panel.x_label;
+  for (const Rule& rule : panel.rules) {
+    if (rule.vertical && !rule.label.empty()) title += fmt::format("; at {:.3g}: {}", rule.at, rule.label);
+  }
+  for (const Shade& shade : panel.shades) {
+    if (!shade.label.empty()) title += fmt::format("; {:.3g} to {:.3g}: {}", shade.from, shade.to, shade.label);
+  }
   return title;
 }
 

@@ -77,6 +77,7 @@ TEST_F(LocalRodBetweenRuns, IsComparedWithTheEndOfTheRunBefore) {
     EXPECT_EQ(run({"a.toml", "b.toml"}), static_cast<int>(ExitCode::device_unavailable)) << said_;
   }
   EXPECT_NE(said_.find("the rod's reading has moved by -1.5 in since the run before"), std::string::npos) << said_;
+  EXPECT_NE(said_.find("not played, because the first of them was refused: b.toml"), std::string::npos) << said_;
   rig_.reset();
   EXPECT_EQ(said_.find("b: 2 s"), said_.rfind("b: 2 s")) << said_;
   EXPECT_NE(run({"a.toml", "b.toml"}), static_cast<int>(ExitCode::device_unavailable)) << said_;
