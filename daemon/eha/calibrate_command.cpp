@@ -11,6 +11,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -46,7 +47,8 @@ Finds scale and offset of the displacement sensor from positions measured with a
 yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
 ends. A position far beyond the travel limits is not taken. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
 Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
-tolerance nothing is written. Lengths are shown in --units, else in the units of the rig file; so is a number without a
+tolerance nothing is written, nor where places shift by more than 0.1 in (2.54 mm) on a rig whose [following] was
+measured by the old calibration: the ruler was read from another zero, or the sensor was moved (--sensor-moved). Lengths are shown in --units, else in the units of the rig file; so is a number without a
 unit read. Writes a new rig file, in which only scale, offset and calibration date differ, and gains of [following] that
 were measured with the old scale; comments stay. With units = "mm" in the file the new values are in millimetres. No
 file is overwritten.
@@ -65,6 +67,7 @@ struct CalibrateCommand {
   bool local = false;                                ///< read the rig in this process
   std::string tolerance = "0.02in";                  ///< with a residual beyond it nothing is written
   std::optional<std::filesystem::path> output = {};  ///< none: beside the rig file, with the date in its name
+  bool sensor_moved = false;                         ///< places may shift against the limits of a measured rig
 };
 
 constexpr int kReadings = 50;
@@ -314,6 +317,19 @@ std::string typed_unit(const std::vector<std::string>& pairs) {
   return unit;
 }
 
+/// The same calibration of a sensor that was moved, by the readings that were taken.
+std::string as_moved(const CalibrateCommand& command, std::span<const CalibrationPoint> points,
+                     const config::RigConfig& rig, const DisplayUnit& unit) {
+  std::string line = "eha calibrate";
+  if (!rig.file_name.empty()) line += " --rig " + shell_word(rig.file_name);
+  for (const CalibrationPoint& point : points) {
+    line += fmt::format(" --at {:.6g}{}={:.6g}", unit.factor("in") * point.position_in, unit.of("in"), point.voltage_V);
+  }
+  if (command.tolerance != CalibrateCommand{}.tolerance) line += " --tolerance " + shell_word(command.tolerance);
+  if (command.output) line += " -o " + shell_word(command.output->string());
+  return line + " --sensor-moved";
+}
+
 ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::error_code ignored;
   const fs::path socket = command.socket.value_or(control::default_socket());
@@ -367,6 +383,13 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "the sensor was really turned round, change the sign of its scale there first",
         rig.file_name));
   }
+  const std::string shift = shift_text(rig, found, unit);
+  if (!shift.empty() && config::is_as_measured(rig) && !command.sensor_moved) {
+    throw DataError(fmt::format(
+        "nothing is written, because the rig has been driven by the old calibration: {}. Only if the sensor was "
+        "exchanged or moved: {}",
+        shift, as_moved(command, points, rig, unit)));
+  }
   const std::string text = calibrated_rig_text(rig, found, date);
   write_new(path, text);
   if (config::is_as_measured(rig) && !config::is_as_measured(config::parse_rig(text, path.string()))) {
@@ -376,7 +399,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "`eha characterise --without-following -o rig-bare.toml` and its Next measure it anew");
   }
   if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
-  if (const std::string shift = shift_text(rig, found, unit); !shift.empty()) console.warning(shift);
+  if (!shift.empty()) console.warning(shift);
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
     list.push_back({{"position_in", points[i].position_in},
@@ -425,6 +448,9 @@ void add_calibrate(CLI::App& app, ParsedLine& line) {
   sub->add_option("--tolerance", calibrate.tolerance,
                   "With a residual beyond it nothing is written, such as 0.5mm (default 0.508mm, 0.02in)")
       ->type_name("LENGTH");
+  sub->add_flag("--sensor-moved", calibrate.sensor_moved,
+                "The sensor was exchanged or moved: places may shift by more than 0.1 in although [following] was "
+                "measured by the old calibration");
   sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
       ->type_name("FILE");
 }

@@ -255,10 +255,9 @@ std::string shift_text(const config::RigConfig& rig, const Calibration& calibrat
   const double factor = unit.factor("in");
   return fmt::format(
       "by the new calibration the rod stands at {0:.4g} {2} where {3} has {1:.4g} {2}. Unless the sensor was exchanged "
-      "or "
-      "moved, or that file was never calibrated, the ruler was read wrong: from another zero, or in another unit. The "
-      "travel limits move with it, and the rod would meet an end stop at full speed: hold the ruler to the rod at one "
-      "more place, and see that `eha read` agrees, before anything moves",
+      "or moved, or that file was never calibrated, the ruler was read wrong: from another zero, or in another unit. "
+      "The travel limits move with it, and the rod would meet an end stop at full speed: hold the ruler to the rod at "
+      "one more place, and see that `eha read` agrees, before anything moves",
       factor * (at_in + shift_in), factor * at_in, unit.of("in"), rig.file_name);
 }
 

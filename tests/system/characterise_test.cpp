@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/system/program.hpp"
@@ -133,7 +135,23 @@ TEST_F(Characterise, NoLongerCountsAsMeasuredAfterACalibrationOfAnotherScale) {
   const Ended near = calibrated("3in=5", "5.4in=9", "near.toml");
   ASSERT_EQ(near.code, 0) << near.err;
   EXPECT_EQ(near.err.find("no longer counts as measured"), std::string::npos) << near.err;
-  const Ended far = calibrated("3in=3.5", "5.4in=6", "far.toml");
+  const auto refused = [&](const char* middle, const char* high, const char* made) {
+    const Ended ended = calibrated(middle, high, made);
+    EXPECT_EQ(ended.code, static_cast<int>(ExitCode::bad_data)) << ended.err;
+    EXPECT_FALSE(fs::exists(folder_->path() / made));
+    const std::size_t at = ended.err.find("eha calibrate --rig ");
+    EXPECT_NE(at, std::string::npos) << ended.err;
+    std::istringstream line(ended.err.substr(at, ended.err.find('\n', at) - at));
+    std::vector<std::string> again{std::istream_iterator<std::string>(line), {}};
+    EXPECT_EQ(again.back(), "--sensor-moved");
+    again.erase(again.begin());
+    return run_eha(again, folder_->path());
+  };
+  const Ended elsewhere = refused("3.5in=5", "6.4in=9", "elsewhere.toml");
+  ASSERT_EQ(elsewhere.code, 0) << elsewhere.err;
+  EXPECT_NE(elsewhere.err.find("where measured.toml has"), std::string::npos) << elsewhere.err;
+  EXPECT_EQ(elsewhere.err.find("no longer counts as measured"), std::string::npos) << elsewhere.err;
+  const Ended far = refused("3in=3.5", "5.4in=6", "far.toml");
   ASSERT_EQ(far.code, 0) << far.err;
   EXPECT_NE(far.err.find("no longer counts as measured"), std::string::npos) << far.err;
   EXPECT_NE(far.err.find("eha characterise --without-following -o rig-bare.toml"), std::string::npos) << far.err;
