@@ -66,12 +66,13 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
     case Fault::emergency_stop:
       return "the emergency-stop circuit is open; close it and arm again";
     case Fault::travel_limit:
-      return fmt::format("the rod is at, or would not stop before, {0} {2}, the limit is {1} {2}; {3}",
-                         told_apart(shown_value, shown_limit), told_apart(shown_limit, shown_value), length,
-                         report.at_ns < kBegun_ns
-                             ? "it stood there when the run began: if you see it stand there, `eha goto` brings it "
-                               "inward, and asks first; else correct calibration or limits in the rig file"
-                             : "lower the excitation or start further from the end");
+      return fmt::format(
+          "the rod is at, or would not stop before, {0} {2}, the limit is {1} {2}; {3}",
+          told_apart(shown_value, shown_limit), told_apart(shown_limit, shown_value), length,
+          report.at_ns < kBegun_ns
+              ? "it stood there when the run began: if you see it stand there, `eha goto` brings it "
+                "inward, and asks first; else correct calibration or limits in the rig file"
+              : "start nearer to mid-travel, correct offset_V where the rod drifted, or lower the excitation");
     case Fault::velocity_limit:
       if (std::abs(value) > kNoRod * std::abs(limit)) {
         return fmt::format(
@@ -259,7 +260,7 @@ std::vector<std::string> warnings(const RunReport& report, RunKind kind) {
                                     100.0 * margin.share, limit, record_s(report, margin.at_ns), remedy));
   };
   add(report.travel, Fault::travel_limit, "the way to a travel limit, stopping distance included",
-      "lower the excitation or start nearer to mid-travel");
+      "start nearer to mid-travel, correct offset_V where the rod drifts, or lower the excitation");
   add(report.velocity, Fault::velocity_limit, "the velocity limit", "lower the excitation");
   return sentences;
 }

@@ -147,6 +147,21 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
   console.next_step("eha report " + shell_word(command.file));
 }
 
+/// How the rig of --rig is reached: a machine through the service only if that drives by this very file. Another file
+/// may be of another machine, which a command of the service would not move.
+suggest::RigAccess access_of_checked(const CheckCommand& command, const config::RigConfig& rig,
+                                     const Console& console) {
+  if (!command.rig_file || !hal::moves_machine(rig.backend)) return access_of_rig(rig, command.rig_file);
+  const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
+  const std::filesystem::path of_service =
+      service ? std::filesystem::path(service->file) : default_rig_file().value_or("");
+  std::error_code ignored;
+  if (std::filesystem::equivalent(of_service, *command.rig_file, ignored)) {
+    return access_of(DriveOptions{.socket = command.socket});
+  }
+  return access_of(DriveOptions{.local = true, .rig_file = command.rig_file});
+}
+
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
                        const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
                        const std::optional<std::filesystem::path>& on_service, Console& console) {
@@ -171,15 +186,14 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (rig) {
     warn_if_not_fittable(experiment, *rig, command.file, console);
     console.set_rig(on_service ? access_of(DriveOptions{.socket = *on_service})
-                               : access_of_rig(*rig, command.rig_file));
+                               : access_of_checked(command, *rig, console));
     if (warn_if_not_rehearsed(experiment, *rig, command.file, console)) {
       console.next_step(suggest::characterise(console.rig()));
       return;
     }
   }
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
-  console.next_step(on_service ? through(*on_service, "eha run " + shell_word(command.file))
-                               : suggest::run(simulated_access(command.rig_file), {command.file}));
+  console.next_step(suggest::run(rig ? console.rig() : simulated_access(command.rig_file), {command.file}));
 }
 
 ExitCode execute(const CheckCommand& command, Console& console) {

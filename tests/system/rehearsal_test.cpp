@@ -148,6 +148,16 @@ TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
   EXPECT_EQ(inside.code, 0) << inside.err;
 }
 
+TEST(Rehearsal, OnTheFileOfAMachineThatNoServiceDrivesLeadsToNoService) {
+  const TemporaryFolder folder;
+  folder.write("other.toml", content_of(source_file("config/rigs/pci1716.toml")));
+  const Ended checked =
+      run_eha({"check", source_file("config/experiments/paper.toml"), "--rig", "other.toml"}, folder.path());
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_NE(checked.out.find("--local --rig other.toml\n"), std::string::npos) << checked.out;
+  EXPECT_EQ(checked.out.find("--fast"), std::string::npos) << checked.out;
+}
+
 TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   const TemporaryFolder folder;
   std::string rig = content_of(source_file("config/rigs/sim.toml"));
