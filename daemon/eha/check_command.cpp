@@ -159,7 +159,7 @@ suggest::RigAccess access_of_checked(const CheckCommand& command, const config::
   if (std::filesystem::equivalent(of_service, *command.rig_file, ignored)) {
     return access_of(DriveOptions{.socket = command.socket});
   }
-  return access_of(DriveOptions{.local = true, .rig_file = command.rig_file});
+  return access_of(DriveOptions{.rig_file = command.rig_file, .local = true});
 }
 
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
