@@ -7,7 +7,7 @@ import { Bench, kExperiment, launchBrowser, until } from './bench.mjs';
 
 const kRoot = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
 const kPictures = path.join(kRoot, 'docs/pictures');
-const kPlayed_s = 8;  // of the experiment on the page
+const kPeriods = 5;  // of the experiment on the page
 const bench = new Bench();
 
 async function eha(...words) {
@@ -17,11 +17,13 @@ async function eha(...words) {
 }
 
 async function shoot(browser, address, viewport, name, ready = async () => {}, options = {}) {
-  const page = await browser.newPage({ viewport });
+  const context = await browser.newContext({ viewport });
+  await context.addInitScript(() => { try { sessionStorage.setItem('eha-token-declined', 'yes'); } catch { /* a report */ } });
+  const page = await context.newPage();
   await page.goto(address);
   await ready(page);
   await page.screenshot({ path: path.join(kPictures, name), ...options });
-  await page.close();
+  await context.close();
 }
 
 async function drawRun(browser) {
@@ -40,10 +42,8 @@ async function drawPage(browser) {
   await bench.startWeb();
   await eha('arm');
   await eha('run', kExperiment, '--detach');
-  await bench.inState('running');
-  await new Promise((resolve) => setTimeout(resolve, 1e3 * kPlayed_s));
   await shoot(browser, bench.address, { width: 1280, height: 900 }, 'page.png', async (page) => {
-    await until('samples are drawn', async () => Number(await page.locator('#live-card').getAttribute('data-blocks')) > 10);
+    await until('periods are measured', async () => Number(await page.locator('#response-card').getAttribute('data-periods')) >= kPeriods);
     await until('the lists are filled', () => page.locator('#queue li').count());
   }, { fullPage: true });
 }
