@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/eha/tune_command.hpp"
+
 #include <fmt/format.h>
 
 #include <array>
@@ -6,12 +8,8 @@
 #include <filesystem>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "config/file_kind.hpp"
-#include "config/prepared_experiment.hpp"
-#include "config/track_text.hpp"
-#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/socket_path.hpp"
@@ -26,17 +24,16 @@
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/service_text.hpp"
 #include "daemon/eha/text_table.hpp"
+#include "daemon/eha/tune_next.hpp"
+#include "daemon/eha/tune_origin.hpp"
 #include "daemon/eha/tuned_rig.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
-#include "daemon/record/sheet_beside.hpp"
-#include "daemon/rig/calibration.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/expected_trip.hpp"
-#include "daemon/tune/following_agreement.hpp"
 #include "daemon/tune/kind_table.hpp"
 #include "daemon/tune/promised_plant.hpp"
 #include "daemon/tune/tune_inputs.hpp"
@@ -79,21 +76,6 @@ constexpr std::array<Choice<std::optional<ident::FeedbackKind>>, 6> kKinds{{{"p"
                                                                             {"fopid", ident::FeedbackKind::fopid},
                                                                             {"auto", std::nullopt}}};
 
-/// Options of a controller design from a model.
-struct TuneCommand {
-  std::string model_file;
-  ident::AxisPurpose purpose = ident::AxisPurpose::track;
-  std::optional<ident::FeedbackKind> kind = {};  ///< none: the simplest one that reaches the figures
-  std::optional<double> sensitivity = {};        ///< greatest max(Ms, Mt); none: tune::usual_sensitivity()
-  /// None: that of the model's run as it is now, else default_rig_file() if it is of the same rig, else as the run has
-  /// it.
-  std::optional<std::string> rig_file = {};
-  std::optional<std::string> twin_file = {};  ///< rig file of a simulated rig
-  std::optional<std::string> sheet_run = {};  ///< run of [characterise]
-  std::optional<double> tick_s = {};          ///< none: the rig's
-  std::filesystem::path output = "controller.toml";
-};
-
 Json json_of(const config::PromisedFigure& f) {
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
   return {{"value", number(f.value)}, {"lower", number(f.lower)}, {"upper", number(f.upper)}};
@@ -117,94 +99,6 @@ Json json_of(const tune::ComparedKind& k) {
           {"rest_error_in", number(k.rest_error_in)},
           {"load_error_of_pid", number(k.load_error_of_pid)},
           {"lasting_error_s", k.lasting_error_s}};
-}
-
-/// Returns the run that the model is from; none if it is of a file.
-std::optional<fs::path> run_of(const TuneCommand& command, const ident::Model& model) {
-  std::error_code ignored;
-  fs::path folder = fs::canonical(command.model_file, ignored).parent_path();
-  for (int level = 0; level < 3 && folder.has_relative_path(); ++level, folder = folder.parent_path()) {
-    if (record::is_run_folder(folder)) return folder;
-  }
-  if (std::string record = record_of(model); record::is_run_folder(record)) return record;
-  return std::nullopt;
-}
-
-/// The leak of the rig, by the valve sheet that is named, else by the newest one beside the model's run.
-std::optional<ident::Leak> leak_of(const TuneCommand& command, const ident::Model& model) {
-  if (command.sheet_run) return record::leak_in(*command.sheet_run);
-  const std::optional<fs::path> run = run_of(command, model);
-  return run ? record::leak_beside(*run) : std::nullopt;
-}
-
-/// Finds the rig file: the named one, or that of the run which the model is from: the file itself as it is now, else
-/// the default one, where that is of the same rig. Limits and [following] may have changed since, and the loop runs
-/// with them as they are now.
-fs::path rig_path(const TuneCommand& command, const ident::Model& model, const Console& console) {
-  if (command.rig_file) return *command.rig_file;
-  const std::optional<fs::path> run = run_of(command, model);
-  if (!run) return load_rig_or_default(std::nullopt).file_name;
-  try {
-    const config::RigConfig before = rig_of(*run);
-    const config::RigConfig now = load_rig_or_default(rig_file_of(*run));
-    if (!is_one_rig(before, now) || before.text == now.text) return *run;
-    console.info(fmt::format("the limits are those of {} as it is now, not those of {}; --rig names another file",
-                             now.file_name, run->string()));
-    return now.file_name;
-  } catch (const Error& error) {
-    console.debug(error.what());
-    return *run;
-  }
-}
-
-/// The record of a model as a controller's file names it, so that it is found from any folder.
-std::string named_record(const std::map<std::string, std::string>& provenance) {
-  const auto record = provenance.find("record");
-  if (record == provenance.end() || record->second.empty()) return "unknown";
-  std::error_code ignored;
-  if (!fs::exists(record->second, ignored)) return record->second;
-  // The name is of the folder of the fit; a file of that name here may be another one.
-  const auto hash = provenance.find("record_sha256");
-  const bool is_file = fs::is_regular_file(record->second, ignored);
-  const bool is_other = is_file && (hash == provenance.end() || record::sha256_of_file(record->second) != hash->second);
-  return is_other ? record->second : record::resolved_path(record->second).string();
-}
-
-/// Says that the rig file in force has another valve, or another simulated plant, than when the model's run was played.
-/// Empty: not known to.
-std::string changed_since_run(const TuneCommand& command, const ident::Model& model) {
-  const std::optional<fs::path> run = run_of(command, model);
-  const std::optional<std::string> file = !run || command.rig_file ? command.rig_file : rig_file_of(*run);
-  if (!run || !file) return {};
-  try {
-    const config::RigConfig before = rig_of(*run);
-    const config::RigConfig now = config::load_rig(*file);
-    if (before.name != now.name || before.backend.index() != now.backend.index()) return {};
-    const auto zone_of = [](const config::Following& following) {
-      const config::ValveEstimate valve = config::valve_estimate(following);
-      return config::DeadZone{valve.null_V, valve.dead_band_V};
-    };
-    const auto& following = now.limits.following;
-    const bool is_other_valve = following && before.limits.following && !command.sheet_run &&
-                                !config::is_of_one_valve(zone_of(*before.limits.following), zone_of(*following)) &&
-                                (!model.input_map || tune::agreement_of(*following, tune::found_map(model)) ==
-                                                         tune::FollowingAgreement::other_valve);
-    std::string what;
-    if (is_other_valve) {
-      what = fmt::format("[following] of {} is of another valve now (null {:.3f} V, half dead band {:.3f} V)", *file,
-                         zone_of(*following).null_V, zone_of(*following).dead_band_V);
-    } else if (!command.rig_file && !is_one_rig(before, now)) {
-      what = fmt::format("{} has other numbers in [sim] now", *file);
-    } else {
-      return {};
-    }
-    return fmt::format(
-        "{} than when {} was played: model and promise are of the rig as it was then. Play the experiment again (`eha "
-        "run EXPERIMENT`), then `eha tune NEWRUN`.",
-        what, run->string());
-  } catch (const Error&) {  // said elsewhere, or the file is gone
-    return {};
-  }
 }
 
 tune::TuneChoices choices_of(const TuneCommand& command, const config::RigConfig& rig) {
@@ -241,136 +135,7 @@ suggest::RigAccess access_for(const TuneCommand& command, const ident::Model& mo
   return access;
 }
 
-/// Why nothing shows that a model is of a rig: its record is of no run, or of a run of another rig. Empty: it is shown.
-std::string why_not_of(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig) {
-  const std::optional<fs::path> run = run_of(command, model);
-  if (!run) return "its record is of no run";
-  try {
-    const config::RigConfig before = rig_of(*run);
-    if (is_one_rig(before, rig)) return "";
-    return before.name == rig.name
-               ? fmt::format("its run {} was on a simulated rig with other numbers in [sim]", run->string())
-               : fmt::format("its run {} was on another rig, \"{}\"", run->string(), before.name);
-  } catch (const Error& error) {
-    return fmt::format("the rig of its run cannot be read: {}", error.what());
-  }
-}
-
-/// The commands that tune a model on a twin of its own record.
-struct TwinCommands {
-  std::string replay;
-  std::string tune;
-};
-
-TwinCommands twin_commands(const TuneCommand& command, const ident::Model& model) {
-  const std::string record = record_of(model);
-  const std::string rig = command.rig_file ? " --rig " + shell_word(*command.rig_file) : "";
-  const std::string twin = shell_word(free_name("twin.toml"));
-  return {fmt::format("eha replay {}{} --calibrate valve_rated_flow_L_per_min valve_null_offset_V valve_dead_band_V "
-                      "--twin {}",
-                      record.empty() ? "RECORD" : shell_word(record), rig, twin),
-          fmt::format("eha tune {}{} --twin {}", shell_word(command.model_file), rig, twin)};
-}
-
-std::string twin_of_record(const TuneCommand& command, const ident::Model& model) {
-  const TwinCommands commands = twin_commands(command, model);
-  return fmt::format("`{}` fits a simulated rig to that record; then `{}`", commands.replay, commands.tune);
-}
-
-/// The trial that `eha track --local` plays of a controller on a simulated rig, whose tick it takes; none if it
-/// refuses.
-std::optional<config::Track> trial_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
-  try {
-    const std::string text = rig_text_with_tick(rig, controller.settings.tick_s);
-    const config::PreparedExperiment experiment = config::parse_prepared_experiment(
-        config::track_experiment(controller.name, config::controller_text(controller), {}), "track",
-        config::parse_rig(text, rig.file_name));
-    return experiment.config.tracking()->track;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-bool is_played_on(const config::RigConfig& rig, const config::ControllerConfig& controller) {
-  return trial_on(rig, controller).has_value();
-}
-
-/// Returns what to do with a controller: its trial on the machine's or the service's terms, on a simulated rig that
-/// takes it, the model's own first; else the way to a twin that does. A trial that trips is not offered.
-/// @param access  to the rig   @param page  of the controller
-std::vector<std::string> next_steps(const TuneCommand& command, const ident::Model& model, const config::RigConfig& rig,
-                                    const config::ControllerConfig& controller, const suggest::RigAccess& access,
-                                    const std::optional<tune::ExpectedTrip>& trip,
-                                    const std::optional<std::string>& valve_first, bool is_of_before,
-                                    const fs::path& page) {
-  const std::string show = "xdg-open " + shell_word(page.string());
-  if (hal::moves_machine(rig.backend)) return {show};
-  const std::string on_rig = suggest::track(access, command.output.string());
-  const bool is_to_repair = trip && (trip->is_of_leak || command.sheet_run || leak_of(command, model));
-  if (is_to_repair) return {show};
-  if (is_of_before) return {suggest::run(access, {"EXPERIMENT.toml"}), show};
-  if (trip) return {suggest::characterise(access), show};
-  const bool is_own = why_not_of(command, model, rig).empty();
-  if (valve_first && is_own && !command.twin_file) return {*valve_first, show};
-  if (!access.is_local) return {on_rig};  // the service checks it with its own rig file
-  if (is_own && is_played_on(rig, controller)) return {on_rig};
-  if (command.twin_file && is_played_on(config::load_rig(*command.twin_file), controller)) {
-    return {suggest::track(simulated_access(command.twin_file), command.output.string())};
-  }
-  if (command.twin_file) return {is_played_on(rig, controller) ? on_rig : show};
-  // A trial here would try another plant than that of a record that can be replayed.
-  if (record_of(model).empty() && is_played_on(rig, controller)) return {on_rig};
-  const TwinCommands twin = twin_commands(command, model);
-  return {twin.replay, twin.tune + " -o " + shell_word(free_name(command.output.string()))};
-}
-
-/// What a promise is of, for the first lines of the answer: the plant, and what of model and plant does not agree.
-/// @throws DataError  the plant is a rig that nothing shows to be the model's, and it is another one
-std::vector<std::string> plant_sentences(const TuneCommand& command, const ident::Model& model,
-                                         const config::RigConfig& rig, const tune::TuneInputs& inputs,
-                                         const fs::path& rig_file) {
-  const std::string unknown = why_not_of(command, model, rig);
-  const std::string other = tune::why_another_plant(inputs);
-  const bool is_own_twin = !command.twin_file && std::holds_alternative<hal::SimOptions>(rig.backend);
-  std::vector<std::string> sentences;
-  if (is_own_twin && !unknown.empty() && !other.empty()) {
-    const std::string what_to_do = tune::returns_in_s(inputs)
-                                       ? "this program makes controllers of cylinders alone; `eha export " +
-                                             shell_word(command.model_file) +
-                                             " --format tf` writes the model for the design in another one"
-                                       : twin_of_record(command, model);
-    throw DataError(
-        fmt::format("the model is not of the simulated rig {} ({}): {}. A promise would be of another plant; {}",
-                    rig_file.string(), unknown, other, what_to_do));
-  }
-  if (command.twin_file) {
-    sentences.push_back(
-        fmt::format("Promised for: the simulated rig {} that --twin names, with limits and sensor of {}.",
-                    *command.twin_file, rig_file.string()));
-  } else if (!is_own_twin) {
-    sentences.push_back(fmt::format(
-        "Promised for: a rig estimated from model and valve, with limits and sensor of {}{}.", rig_file.string(),
-        unknown.empty() ? "" : fmt::format("; nothing shows that the model is of that rig: {}", unknown)));
-  } else if (unknown.empty()) {
-    sentences.push_back(fmt::format(
-        "Promised for: the simulated rig of {}, of which the model is. It is its own twin, so that the promise "
-        "knows its oil, load and friction; that of a machine is wider.",
-        rig_file.string()));
-  } else {
-    sentences.push_back(
-        fmt::format("Promised for: the simulated rig {}, and not for the plant of {}: {}, so nothing shows that the "
-                    "two are one. For "
-                    "the plant of the record, {}.",
-                    rig_file.string(), command.model_file, unknown, twin_of_record(command, model)));
-  }
-  if (!other.empty()) sentences.push_back(fmt::format("Check before use: {}.", other));
-  if (model.verdict && needs_longer_record(*model.verdict)) {
-    sentences.push_back(
-        fmt::format("The record is too short to judge the model: {}, or a longer record has judged the model.",
-                    ident::kControllerIsAGuess));
-  }
-  return sentences;
-}
+}  // namespace
 
 ExitCode execute(const TuneCommand& given, Console& console) {
   TuneCommand command = given;
@@ -525,8 +290,6 @@ ExitCode execute(const TuneCommand& given, Console& console) {
     console.next_step(step);
   return ExitCode::ok;
 }
-
-}  // namespace
 
 void add_tune(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("tune", "Make a controller from a model, and say what it will do");
