@@ -22,6 +22,10 @@ struct Delay {
   std::string remedy;  ///< command or change
 };
 
+/// The remedy where the loop has none, against which no priority of another thread helps.
+inline constexpr std::string_view kNoPriority =
+    "the loop needs a real-time priority of its own: `eha doctor` says how it gets one";
+
 /// The thread that keeps the ticks.
 struct LoopThread {
   std::optional<int> cpu = {};   ///< bound to it; none: it runs on any

@@ -117,19 +117,31 @@ double used_s(const Span& span, pid_t tid, const RealtimeThread& thread) {
 }
 
 void add_rivals(const Span& span, std::vector<Delay>& delays) {
+  std::optional<Delay> worst;  // of those that nothing but a priority of the loop's own helps against
+  double longest_s = 0.0;
   for (const auto& [tid, thread] : span.after.realtime_threads) {
     if (thread.process == span.loop.process || thread.priority < span.loop.priority || thread.name == kGuard) continue;
     const double used = used_s(span, tid, thread);
     if (!span.concerns(thread.cpu) || used <= kRivalShare * span.seconds) continue;
-    delays.push_back(
-        {"priority",
-         fmt::format("thread {} \"{}\" of real-time priority {} had CPU {} for {:.3g} s of {:.3g} s; the loop has {}",
-                     tid, thread.name, thread.priority, thread.cpu, used, span.seconds, span.loop.priority),
-         thread.name == kLoop ? "two rigs are driven on one CPU: another `cpu` in [realtime] of one rig file"
-                              : fmt::format("sudo chrt --fifo --pid {} {}, or bind it to another CPU: sudo taskset "
-                                            "--cpu-list --pid OTHER_CPU {}",
-                                            std::max(1, span.loop.priority / 2), tid, tid)});
+    Delay found{
+        "priority",
+        fmt::format("thread {} \"{}\" of real-time priority {} had CPU {} for {:.3g} s of {:.3g} s; the loop has {}",
+                    tid, thread.name, thread.priority, thread.cpu, used, span.seconds, span.loop.priority),
+        std::string(kNoPriority)};
+    if (thread.name == kLoop) {
+      found.remedy = "two rigs are driven on one CPU: another `cpu` in [realtime] of one rig file";
+    } else if (span.loop.priority > 0) {
+      found.remedy = fmt::format(
+          "sudo chrt --fifo --pid {} {}, or bind it to another CPU: sudo taskset --cpu-list --pid OTHER_CPU {}",
+          std::max(1, span.loop.priority / 2), tid, tid);
+    } else {
+      if (used > longest_s) worst = std::move(found);
+      longest_s = std::max(longest_s, used);
+      continue;
+    }
+    delays.push_back(std::move(found));
   }
+  if (worst) delays.push_back(std::move(*worst));
 }
 
 void add_throttling(const Span& span, std::vector<Delay>& delays) {

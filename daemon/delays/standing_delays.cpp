@@ -91,10 +91,13 @@ void add_rivals(const Counters& now, const LoopThread& loop, std::vector<Delay>&
     const bool is_kernels = thread.parent == kKernelThreads || thread.process == kKernelThreads;
     const bool is_ours = thread.name == kGuard || thread.name == kLoop || thread.process == loop.process;
     if (is_kernels || is_ours || thread.priority < loop.priority) continue;
+    const bool has_priority = loop.priority > 0;
     delays.push_back({"priority",
                       fmt::format("thread {} \"{}\" has real-time priority {}, the loop {}", tid, thread.name,
                                   thread.priority, loop.priority),
-                      fmt::format("sudo chrt --fifo --pid {} {}", std::max(1, loop.priority / 2), tid)});
+                      has_priority ? fmt::format("sudo chrt --fifo --pid {} {}", std::max(1, loop.priority / 2), tid)
+                                   : std::string(kNoPriority)});
+    if (!has_priority) return;  // the same helps against all
   }
 }
 

@@ -38,7 +38,7 @@ Check check_scheduling(const Privileges& privileges, int priority, Stakes stakes
   return missing("scheduling", fmt::format("SCHED_FIFO {} is refused: {}", priority, error_text(privileges.fifo_error)),
                  limit_allows ? "the limit allows it, so a container or control group forbids it: grant CAP_SYS_NICE, "
                                 "or cpu.rt_runtime_us above 0"
-                              : raise_limit(fmt::format("rtprio {}", priority)),
+                              : raise_limit(fmt::format("rtprio {}", kGuardPriority)),
                  stakes);
 }
 

@@ -145,8 +145,8 @@ CalibrationPoint point_of(const std::string& text, const DisplayUnit& unit) {
   double voltage_V = 0.0;
   const auto [end, error] = std::from_chars(volts.data(), volts.data() + volts.size(), voltage_V);
   if (!position_in || error != std::errc() || end != volts.data() + volts.size()) {
-    throw UsageError(
-        fmt::format("--at {}: expected a position, = and volts, such as 75mm=4.921 or 2.95in=4.917", text));
+    throw UsageError(fmt::format("--at {}: expected a position, = and volts{}, such as 75mm=4.921 or 2.95in=4.917",
+                                 text, text.find(',') == std::string::npos ? "" : ", with a point for decimals"));
   }
   return {*position_in, voltage_V};
 }
@@ -399,7 +399,14 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "`eha characterise --without-following -o rig-bare.toml` and its Next measure it anew");
   }
   if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
-  if (!shift.empty()) console.warning(shift);
+  const PlaceShift moved = greatest_shift(rig, found);
+  if (!shift.empty()) {
+    console.warning(shift);
+  } else {
+    console.info(fmt::format("against {} the places shift by {:+.2g} {} at most, at {:.4g} {}", rig.file_name,
+                             unit.factor("in") * moved.by_in, unit.of("in"), unit.factor("in") * moved.at_in,
+                             unit.of("in")));
+  }
   Json list = Json::array();
   for (std::size_t i = 0; i < points.size(); ++i) {
     list.push_back({{"position_in", points[i].position_in},

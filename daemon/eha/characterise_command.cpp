@@ -177,7 +177,12 @@ ExitCode write_without_following(const CharacteriseCommand& command, const Conso
   console.print_json({{"schema", "eha-rig-file/1"}, {"rig_file", command.output.string()}, {"of", *file}});
   suggest::RigAccess rig = access_of(command);
   if (!command.local) rig.is_disarmed = false;
-  if (command.local) rig.rig_file = command.output.string();
+  if (of_service.empty()) {
+    rig.is_local = true;
+    rig.is_fast = rig.is_fast || !hal::moves_machine(used.backend);
+    rig.socket.clear();
+    rig.rig_file = command.output.string();
+  }
   const std::string measure = suggest::characterise(rig);
   console.next_step(of_service.empty() ? measure
                                        : put_in_force(command.output, of_service, command.socket) + " && " + measure);

@@ -82,8 +82,18 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
   }
 }
 
+/// How the rig of a named file is reached: a machine through the service only if that drives by this very file. Another
+/// file may be of another machine, which a command of the service would not move.
+suggest::RigAccess access_of_rig_file(const std::string& file, const config::RigConfig& rig,
+                                      const std::optional<ServiceRig>& service, const std::filesystem::path& socket) {
+  if (!hal::moves_machine(rig.backend)) return simulated_access(file);
+  const std::filesystem::path driven = service ? std::filesystem::path(service->file) : default_rig_file().value_or("");
+  std::error_code ignored;
+  if (std::filesystem::equivalent(driven, file, ignored)) return access_of(DriveOptions{.socket = socket});
+  return access_of(DriveOptions{.rig_file = file, .local = true});
+}
+
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
-  require_protecting_limits(rig);
   const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
   std::error_code ignored;
   const bool is_of_service = service && std::filesystem::equivalent(service->file, command.file, ignored);
@@ -93,7 +103,8 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   const bool is_changed =
       following && following->measured_check && following->measured_rig_check && !config::is_as_measured(rig);
   console.set_rig(is_of_service || is_same_rig ? access_of(DriveOptions{.socket = command.socket})
-                                               : access_of_rig(rig, command.file));
+                                               : access_of_rig_file(command.file, rig, service, command.socket));
+  require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   if (lacks_following) console.warning(std::string(config::kNotFollowed));
   const std::string_view backend = hal::name_of(rig.backend);
@@ -147,24 +158,9 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
   console.next_step("eha report " + shell_word(command.file));
 }
 
-/// How the rig of --rig is reached: a machine through the service only if that drives by this very file. Another file
-/// may be of another machine, which a command of the service would not move.
-suggest::RigAccess access_of_checked(const CheckCommand& command, const config::RigConfig& rig,
-                                     const Console& console) {
-  if (!command.rig_file || !hal::moves_machine(rig.backend)) return access_of_rig(rig, command.rig_file);
-  const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
-  const std::filesystem::path of_service =
-      service ? std::filesystem::path(service->file) : default_rig_file().value_or("");
-  std::error_code ignored;
-  if (std::filesystem::equivalent(of_service, *command.rig_file, ignored)) {
-    return access_of(DriveOptions{.socket = command.socket});
-  }
-  return access_of(DriveOptions{.rig_file = command.rig_file, .local = true});
-}
-
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
                        const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
-                       const std::optional<std::filesystem::path>& on_service, Console& console) {
+                       Console& console) {
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
   document["duration_s"] = experiment.duration_s * experiment.repetitions;
@@ -185,8 +181,6 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (rig) {
     warn_if_not_fittable(experiment, *rig, command.file, console);
-    console.set_rig(on_service ? access_of(DriveOptions{.socket = *on_service})
-                               : access_of_checked(command, *rig, console));
     if (warn_if_not_rehearsed(experiment, *rig, command.file, console)) {
       console.next_step(suggest::characterise(console.rig()));
       return;
@@ -222,16 +216,19 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission
     if (service) rig_file = service->file;
   }
-  const auto on_service = service ? std::optional(command.socket) : std::nullopt;
   if (!rig_file) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
   if (!rig_file) {
     report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), std::nullopt,
-                      std::nullopt, std::nullopt, console);
+                      std::nullopt, console);
     return ExitCode::ok;
   }
   const config::RigConfig rig = config::load_rig(*rig_file);
+  console.set_rig(service ? access_of(DriveOptions{.socket = command.socket})
+                  : command.rig_file
+                      ? access_of_rig_file(*rig_file, rig, rig_of_service(command.socket, console), command.socket)
+                      : access_of_rig(rig, {}));
   const config::PreparedExperiment prepared =
       config::parse_prepared_experiment(text, command.file, rig, config::NamedFiles::read);
   const double here_in = service && service->place_in ? *service->place_in : start_of(rig);
@@ -257,7 +254,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   }
   judge_travel(rehearsed, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   warn_of_little_motion(rehearsed, command.file, console);
-  report_experiment(command, prepared.config, rig, rehearsal, on_service, console);
+  report_experiment(command, prepared.config, rig, rehearsal, console);
   return ExitCode::ok;
 }
 

@@ -166,12 +166,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
     runs.push_back(std::move(entry));
   }
-  for (const identify::Source& source : sources) {
-    out.findings.sentences.push_back(
-        fmt::format("{}: {}.", out.findings.sentences.empty() ? "Before" : "After", of_rig(source)));
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const identify::Source& source = sources[i];
+    out.findings.sentences.push_back(fmt::format("{}: {}.", i == 0 ? "Before" : "After", of_rig(source)));
     if (!source.run_folder || !leak.empty()) continue;
     const auto found = record::leak_beside(*source.run_folder);
-    if (found) leak = ident::leak_finding(*found, DisplayUnit(comparison.runs.front().fit.model.output_unit));
+    if (!found) continue;
+    const DisplayUnit unit(comparison.runs.front().fit.model.output_unit);
+    // The next step is for the rig that leaks; the other one may be sound.
+    leak = titles[i] + ": " + suggest::completed(ident::leak_finding(*found, unit), access_of_run(*source.run_folder));
   }
   if (!leak.empty()) out.findings.sentences.push_back(leak);
   std::string found = leak.empty() ? "" : "\n" + leak + "\n";

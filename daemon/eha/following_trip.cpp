@@ -14,13 +14,6 @@
 
 namespace eha::cli {
 
-std::string rig_file_without_following(const suggest::RigAccess& rig) {
-  std::string command = "eha characterise --without-following -o " + shell_word(free_name("rig-bare.toml"));
-  if (!rig.is_local) return suggest::through(rig.socket, std::move(command));
-  return command + " --local" + (rig.is_fast ? " --fast" : "") +
-         (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
-}
-
 bool may_be_of_following(std::string_view fault) {
   using acquisition::Fault;
   constexpr std::array kOfFollowing{Fault::no_motion,      Fault::not_in_place,  Fault::loop_speed,
@@ -37,7 +30,7 @@ std::string way_out_of_following(std::string_view fault, const std::string& rig_
   return fmt::format(
       "a wrong [following] of {} can cause this. If rod, sensor and hydraulics are sound, or if it was never measured "
       "here: `{}` writes a copy without it, moves nothing, and its Next measures the valve with that",
-      rig_file, rig_file_without_following(rig));
+      rig_file, suggest::without_following(rig));
 }
 
 WayOut way_out_without_following(std::string_view fault, const std::string& rig_file) {

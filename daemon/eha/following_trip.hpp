@@ -8,9 +8,6 @@
 
 namespace eha::cli {
 
-/// `eha characterise --without-following -o rig-bare.toml`: a copy of the rig file in use; nothing moves.
-[[nodiscard]] std::string rig_file_without_following(const suggest::RigAccess& rig);
-
 /// Whether a wrong [following] can cause a fault. @param fault  its name, such as "no_motion", or a sentence that
 /// begins with it
 [[nodiscard]] bool may_be_of_following(std::string_view fault);

@@ -64,6 +64,7 @@ namespace {
 suggest::RigAccess with_free_names(suggest::RigAccess rig) {
   constexpr const char* kUsualController = "controller.toml";
   rig.new_rig_file = free_name(rig.new_rig_file);
+  rig.bare_rig_file = free_name(rig.bare_rig_file);
   // `eha tune` writes the usual file without -o, and overwrites none.
   if (const std::string free = free_name(kUsualController); free != kUsualController) rig.new_controller = free;
   return rig;

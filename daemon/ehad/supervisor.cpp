@@ -159,7 +159,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
     return;
   }
   const Entry* open_fault = queue_.open_fault();
-  const std::string fault = open_fault != nullptr ? bad_end_of(*open_fault) : "";
+  const std::string fault = open_fault != nullptr ? bad_end_of(*open_fault) : stopped_because_;
   const std::string run = open_fault != nullptr ? open_fault->run : "";
   rig_.arm([this, peer, was_held, fault, run, grant, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
@@ -171,6 +171,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
       }
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
+      stopped_because_.clear();
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;
@@ -221,6 +222,7 @@ void Supervisor::disarm_rig(const std::string& why, LeaseFate lease) {
   // An unacknowledged fault remains the reason, even if the rig is disarmed for another one.
   const Entry* fault = queue_.open_fault();
   disarmed_because_ = fault != nullptr ? bad_end_of(*fault) : why;
+  if (lease == LeaseFate::kept) stopped_because_ = why;
   next_.reset();
   const Lease::Holder* holder = lease_.holder();
   const std::string kept =

@@ -239,26 +239,28 @@ std::string doubt_about(std::span<const CalibrationPoint> points, const Calibrat
       is_told ? "" : "; of three readings each of the other two may be the wrong one, a fourth one shows which");
 }
 
-std::string shift_text(const config::RigConfig& rig, const Calibration& calibration, const DisplayUnit& unit) {
-  constexpr double kSame_in = 0.1;
+PlaceShift greatest_shift(const config::RigConfig& rig, const Calibration& calibration) {
   const hal::Conversion before = hal::conversion_of(rig.backend);
-  double at_in = 0.0;
-  double shift_in = 0.0;
+  PlaceShift greatest;
   for (const double place_in : {rig.limits.travel_min_in, rig.limits.travel_max_in}) {
     const double voltage_V = (place_in - before.offset_in) / before.scale_in_per_V;
     const double by_in = calibration.offset_in + calibration.scale_in_per_V * voltage_V - place_in;
-    if (std::abs(by_in) <= std::abs(shift_in) + 1e-6) continue;
-    at_in = place_in;
-    shift_in = by_in;
+    if (std::abs(by_in) > std::abs(greatest.by_in) + 1e-6) greatest = {place_in, by_in};
   }
-  if (!(std::abs(shift_in) > kSame_in)) return {};
+  return greatest;
+}
+
+std::string shift_text(const config::RigConfig& rig, const Calibration& calibration, const DisplayUnit& unit) {
+  constexpr double kSame_in = 0.1;
+  const PlaceShift shift = greatest_shift(rig, calibration);
+  if (!(std::abs(shift.by_in) > kSame_in)) return {};
   const double factor = unit.factor("in");
   return fmt::format(
       "by the new calibration the rod stands at {0:.4g} {2} where {3} has {1:.4g} {2}. Unless the sensor was exchanged "
       "or moved, or that file was never calibrated, the ruler was read wrong: from another zero, or in another unit. "
       "The travel limits move with it, and the rod would meet an end stop at full speed: hold the ruler to the rod at "
       "one more place, and see that `eha read` agrees, before anything moves",
-      factor * (at_in + shift_in), factor * at_in, unit.of("in"), rig.file_name);
+      factor * (shift.at_in + shift.by_in), factor * shift.at_in, unit.of("in"), rig.file_name);
 }
 
 std::string calibrated_rig_text(const config::RigConfig& rig, const Calibration& calibration, const std::string& date) {

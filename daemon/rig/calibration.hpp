@@ -61,6 +61,13 @@ struct LonePoint {
 [[nodiscard]] std::string doubt_about(std::span<const CalibrationPoint> points, const Calibration& found,
                                       const DisplayUnit& unit = DisplayUnit("in"));
 
+/// How far a calibration moves a place of the travel against that of a rig file, where it moves it farthest.
+struct PlaceShift {
+  double at_in = 0.0;  ///< by the file
+  double by_in = 0.0;
+};
+[[nodiscard]] PlaceShift greatest_shift(const config::RigConfig& rig, const Calibration& calibration);
+
 /// Says that a calibration puts the rod of a voltage more than 0.1 in away from where the rig file's has it, somewhere
 /// within its travel limits; empty for others. Every reading of the ruler may be off by the same length, which no line
 /// through them shows, and travel limits and end stops then no longer meet.

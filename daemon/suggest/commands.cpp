@@ -34,6 +34,7 @@ std::string driven(const RigAccess& rig, std::string command, bool takes_output)
 /// The commands that are named in short, and whole; an empty one is left as it is.
 std::vector<std::pair<std::string, std::string>> whole_commands(const RigAccess& rig) {
   return {{"eha characterise", characterise(rig)},
+          {"eha characterise --without-following -o rig-bare.toml", without_following(rig)},
           {"eha read", read(rig)},
           {"eha track", rig.controller.empty() ? std::string() : track(rig, rig.controller)}};
 }
@@ -110,6 +111,7 @@ RigAccess access_of_run(const ordered_json& manifest) {
   std::erase_if(began, [](char c) { return c == '-' || c == ':'; });
   if (!began.empty()) {
     rig.new_rig_file = fmt::format("rig-{}.toml", began);
+    rig.bare_rig_file = fmt::format("rig-bare-{}.toml", began);
     rig.new_controller = fmt::format("controller-{}.toml", began);
   }
   rig.is_fast = text_at(manifest, "/time_base") == "virtual";
@@ -134,6 +136,13 @@ std::string run(const RigAccess& rig, const std::vector<std::string>& experiment
 
 std::string characterise(const RigAccess& rig) {
   return driven(rig, "eha characterise -o " + shell_word(rig.new_rig_file), false);
+}
+
+std::string without_following(const RigAccess& rig) {
+  RigAccess reached = rig;
+  reached.is_disarmed = false;
+  reached.allows_non_realtime = false;
+  return driven(reached, "eha characterise --without-following -o " + shell_word(rig.bare_rig_file), false);
 }
 
 std::string sheet_into_rig_file(const RigAccess& rig, const std::string& run) {

@@ -22,10 +22,11 @@ struct RigAccess {
   bool allows_non_realtime = false;           ///< with is_local
   bool accepts_travel_risk = false;           ///< of `eha run`
   std::string new_rig_file = "rig-new.toml";  ///< that a measurement of the valve writes; empty: no rig of this program
-  std::string controller = {};                ///< file of the controller in question; empty: none
-  std::string model = {};                     ///< file, or run, of which a controller is made; empty: none
-  std::string new_controller = {};            ///< file that `eha tune` writes; empty: its default one
-  std::string fit = {};                       ///< `eha fit RECORD` of the record in question; empty: none
+  std::string bare_rig_file = "rig-bare.toml";  ///< that a copy of the rig file without [following] is written to
+  std::string controller = {};                  ///< file of the controller in question; empty: none
+  std::string model = {};                       ///< file, or run, of which a controller is made; empty: none
+  std::string new_controller = {};              ///< file that `eha tune` writes; empty: its default one
+  std::string fit = {};                         ///< `eha fit RECORD` of the record in question; empty: none
 };
 
 /// How the run of a run.json was played, with the names in it, which are absolute. New files are named after the time
@@ -37,6 +38,9 @@ struct RigAccess {
 
 /// `eha characterise -o rig-new.toml`: measures the valve and writes a rig file.
 [[nodiscard]] std::string characterise(const RigAccess& rig);
+
+/// `eha characterise --without-following -o rig-bare.toml`: a copy of the rig file in use; nothing moves.
+[[nodiscard]] std::string without_following(const RigAccess& rig);
 
 /// `eha characterise RUN -o rig-new.toml`: the same numbers of a run of before.
 [[nodiscard]] std::string sheet_into_rig_file(const RigAccess& rig, const std::string& run);

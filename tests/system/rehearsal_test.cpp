@@ -158,6 +158,19 @@ TEST(Rehearsal, OnTheFileOfAMachineThatNoServiceDrivesLeadsToNoService) {
   EXPECT_EQ(checked.out.find("--fast"), std::string::npos) << checked.out;
 }
 
+TEST(Rehearsal, NamesTheCheckedFileInEachCommandItSuggests) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::string null = "\nnull_V = ";
+  rig.replace(rig.find(null), null.size(), "\nnull_V = 0.6 # ");
+  folder.write("drift.toml", rig);
+  const Ended checked =
+      run_eha({"check", source_file("config/experiments/paper.toml"), "--rig", "drift.toml"}, folder.path());
+  const std::string said = checked.out + checked.err;
+  EXPECT_NE(said.find("eha characterise -o rig-new.toml --local --fast --rig drift.toml`"), std::string::npos) << said;
+  EXPECT_EQ(said.find("--local --fast`"), std::string::npos) << said;
+}
+
 TEST(Rehearsal, IsSaidToBeMissingWhereTheRigFileDoesNotHaveTheValve) {
   const TemporaryFolder folder;
   std::string rig = content_of(source_file("config/rigs/sim.toml"));

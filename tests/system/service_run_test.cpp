@@ -132,6 +132,8 @@ TEST(Service, MakesTheRigSafeAtOnceOnTheSecondStop) {
   const Json manifest = Json::parse(content_of(fs::path(over.at("folder").get<std::string>()) / "run.json"));
   EXPECT_EQ(manifest.at("report").at("fault").at("cause"), "second_stop");
   EXPECT_EQ(client.call("status").at("state"), "faulted");
+  const std::string told = client.call("arm").at("acknowledged");
+  EXPECT_NE(told.find("second_stop"), std::string::npos) << told;
 }
 
 TEST(Service, StopsNothingWhenTheExperimentMeantIsNotOn) {

@@ -127,6 +127,9 @@ TEST(IsolatedRig, SawTheThreadOfHigherPriorityOnItsProcessor) {
   make_rig(machine);
   machine.thread(700, 701, "hog (x) 1", 90, 1, 100);
   EXPECT_TRUE(says(standing(machine, kBound), "priority", "thread 701 \"hog (x) 1\" has real-time priority 90"));
+  machine.thread(700, 702, "another", 90, 1, 100);
+  EXPECT_EQ(standing(machine, kBound).size(), standing(machine, {.cpu = 1, .priority = 0, .process = 500}).size() + 1)
+      << "one remedy helps a loop without a priority against all";
   const auto uses = [&](int priority, int cpu, int used) {
     return [&machine, priority, cpu, used] { machine.thread(700, 701, "hog (x) 1", priority, cpu, 100 + used); };
   };
