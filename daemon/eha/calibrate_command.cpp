@@ -25,6 +25,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -383,6 +384,11 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "the sensor was really turned round, change the sign of its scale there first",
         rig.file_name));
   }
+  // What is said below is for the new file, once it is in force.
+  const bool is_of_service = of_service && fs::equivalent(rig.file_name, *of_service, ignored);
+  console.set_rig(is_of_service                     ? access_of(DriveOptions{.socket = socket})
+                  : hal::moves_machine(rig.backend) ? access_of(DriveOptions{.rig_file = path.string(), .local = true})
+                                                    : simulated_access(path.string()));
   const std::string shift = shift_text(rig, found, unit);
   if (!shift.empty() && config::is_as_measured(rig) && !command.sensor_moved) {
     throw DataError(fmt::format(
@@ -425,7 +431,6 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
                       {"points", std::move(list)}});
   console.info(fmt::format("written: {}; {} stays as it is", path.string(), rig.file_name));
   const std::string made = shell_word(path.string());
-  const bool is_of_service = of_service && fs::equivalent(rig.file_name, *of_service, ignored);
   if (of_service && !is_of_service) {
     console.info(fmt::format("ehad uses {}, which these numbers do not replace", *of_service));
   }
