@@ -80,9 +80,10 @@ std::string run_gnuplot(std::string_view script) {
   const os::FileDescriptor output = anonymous_file();
   const os::FileDescriptor messages = anonymous_file();
   write_all(commands, script);
-  // -d: no start-up files. With a script on standard input gnuplot ends at the first error. GNUTERM: the caller's
-  // choice for screens, with which gnuplot fails where there is none.
-  os::ChildProcess process({.words = {"/usr/bin/env", "-u", "GNUTERM", program, "-d"},
+  // -d: no start-up files. With a script to load gnuplot ends at the first error; it reads its standard input byte by
+  // byte, and a file that it opens in blocks. GNUTERM: the caller's choice for screens, with which gnuplot fails where
+  // there is none.
+  os::ChildProcess process({.words = {"/usr/bin/env", "-u", "GNUTERM", program, "-d", "/dev/stdin"},
                             .standard_input = &commands,
                             .standard_output = &output,
                             .standard_error = &messages});
