@@ -2,6 +2,7 @@
 #include "ident/fractional/held_response.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <mutex>
 #include <numbers>
@@ -27,6 +28,7 @@ constexpr double kAliasAccuracy = 0.03;  // of their sum, as a share of their al
 // A ladder simulates at the compared rows, at every row, and with a past of one length or another.
 constexpr std::size_t kMostKept = 6;
 constexpr std::size_t kMostKeptEffort = 1'000'000;  // points; 64 MB of tables
+constexpr std::size_t kMostBinsOfFurther = 65'536;  // of each alias beyond the first; 25 MB of tables
 
 /// Adds real and imaginary part of S at x by Clenshaw's recurrence in T_2(x), over all bins.
 /// @param step  of x from bin to bin
@@ -135,9 +137,9 @@ struct HeldResponse::Aliases {
     LaplacePoints points;
     std::vector<Complex> inverse;  ///< 1/p
   };
-  std::once_flag made;
-  Points above;  ///< k = 1
-  Points below;  ///< k = -1
+  std::once_flag nearest_made;
+  std::once_flag further_made;
+  std::array<Points, 2 * AliasSum::kExplicitAliases + 1> all;  ///< of k at k + kExplicitAliases, none of 0
 
   static Points at(int k, std::size_t bins, std::size_t length, double sigma, double step_s) {
     Points all;
@@ -302,15 +304,28 @@ InputSpectrum HeldResponse::step_spectrum(std::size_t at) const {
 void HeldResponse::add_near_aliases(const TransferColumns& columns, double x, int aliases, Scratch& scratch) const {
   std::vector<double> re(bins_ * columns.columns());
   std::vector<double> im(re.size());
-  std::call_once(nearest_->made, [&] {
-    nearest_->above = Aliases::at(1, bins_, length_, sigma_, selection_.step_s);
-    nearest_->below = Aliases::at(-1, bins_, length_, sigma_, selection_.step_s);
+  constexpr int kMiddle = AliasSum::kExplicitAliases;
+  const auto make = [&](int k) {
+    nearest_->all[static_cast<std::size_t>(k + kMiddle)] = Aliases::at(k, bins_, length_, sigma_, selection_.step_s);
+  };
+  const auto make_further = [&] {
+    for (int k = 2; k <= kMiddle; ++k) {
+      make(k);
+      make(-k);
+    }
+  };
+  std::call_once(nearest_->nearest_made, [&] {
+    make(1);
+    make(-1);
   });
+  const bool keeps_further = bins_ <= kMostBinsOfFurther;
+  if (aliases > 1 && keeps_further) std::call_once(nearest_->further_made, make_further);
   for (int k = -aliases; k <= aliases; ++k) {
     if (k == 0) continue;
-    Aliases::Points further;
-    if (std::abs(k) > 1) further = Aliases::at(k, bins_, length_, sigma_, selection_.step_s);
-    const Aliases::Points& at = k == 1 ? nearest_->above : (k == -1 ? nearest_->below : further);
+    const bool is_kept = std::abs(k) == 1 || keeps_further;
+    const Aliases::Points made =
+        is_kept ? Aliases::Points() : Aliases::at(k, bins_, length_, sigma_, selection_.step_s);
+    const Aliases::Points& at = is_kept ? nearest_->all[static_cast<std::size_t>(k + kMiddle)] : made;
     const Complex factor = std::polar(1.0, -2.0 * pi * k * x);
     columns.evaluate(at.points, 0, bins_, re.data(), im.data(), bins_);
     for (std::size_t c = 0; c < columns.columns(); ++c) {

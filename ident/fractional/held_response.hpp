@@ -113,7 +113,7 @@ class HeldResponse {
   std::vector<double> inverse_im_;
   InputSpectrum selection_factor_;      ///< filter and shift to the first output
   Eigen::VectorXd growth_;              ///< rho^-n of every output over L
-  std::shared_ptr<Aliases> nearest_;    ///< points of k = +-1, made when a model first needs them
+  std::shared_ptr<Aliases> nearest_;    ///< points of k = +-1 to +-7, made when a model first needs them
   std::shared_ptr<QuickTables> quick_;  ///< see quick_tables()
 };
 
