@@ -41,6 +41,9 @@ struct FitOptions {
   /// Input before the first row, with the plant at rest [input unit]; none: 0, or what the record shows. Needed for a
   /// record whose input steps at its first row.
   std::optional<double> input_before = {};
+  /// Mean square error of the estimating part beyond which the model is not wanted: the search of a grey box gives up
+  /// where it will not come below it. None: whatever is found.
+  std::optional<double> most_mse = {};
 };
 
 }  // namespace eha::ident

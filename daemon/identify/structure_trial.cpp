@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -19,6 +20,7 @@
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/record.hpp"
 #include "ident/structure/structures.hpp"
@@ -36,6 +38,8 @@ using Kind = ident::CriterionKind;
 
 constexpr double kClearlyLess = 0.9;                  // of an error on unseen data
 constexpr double kFarLess = 0.5;                      // the same, of a structure that explains what others leave over
+constexpr double kOtherPart = 4.0;                    // times an error, what the two parts may differ by
+constexpr double kMostWithoutMap = 0.25;              // of the least error without a map, of one behind it
 constexpr Eigen::Index kMostSimulatedRows = 200'000;  // a grey box simulates each of them some 500 times
 constexpr std::array kMoreDegrees{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{4, 3}};
 constexpr std::array kMoreBesideIntegrator{ident::Degrees{3, 2}, ident::Degrees{4, 2}, ident::Degrees{5, 2}};
@@ -49,14 +53,23 @@ struct Trial {
   std::string options;  ///< of `eha fit`: "--model friction"
 };
 
+/// How a structure beside the table's is fitted.
+struct Manner {
+  ident::Search search;
+  const std::vector<ident::Model>& known;
+  std::optional<double> most_mse = {};  ///< as of ident::FitOptions
+};
+
 /// The structure fitted to the record as `eha fit --model` does; none where it does not hold.
-std::optional<ident::Model> fit_that_holds(const IdentificationTask& task, const ident::StructureOptions& asked,
-                                           ident::Search search, const std::vector<ident::Model>& known = {}) {
+/// @param prepared  the task's record
+std::optional<ident::Model> fit_that_holds(const IdentificationTask& task, const ident::PreparedRecord& prepared,
+                                           const ident::StructureOptions& asked, const Manner& manner) {
   ident::FitOptions options = task.options;
-  options.search = search;
+  options.search = manner.search;
   options.intervals = ident::IntervalMethod::straight;
+  options.most_mse = manner.most_mse;
   try {
-    ident::FitResult result = ident::fit(task.record, asked, options, thread_executor(), known);
+    ident::FitResult result = ident::fit(prepared, asked, options, thread_executor(), manner.known);
     judge(task, std::nullopt, result);
     return result.model.verdict->accepted ? std::optional(std::move(result.model)) : std::nullopt;
   } catch (const Error&) {  // the record does not allow it
@@ -64,11 +77,20 @@ std::optional<ident::Model> fit_that_holds(const IdentificationTask& task, const
   }
 }
 
-std::optional<Trial> trial_of(const IdentificationTask& task, const ident::GreyBoxKind& kind) {
+std::vector<ident::Model> models_of(const Identification& identification) {
+  std::vector<ident::Model> models;
+  for (const IdentifiedModel& one : identification.models) models.push_back(one.result.model);
+  return models;
+}
+
+/// @param most_mse  of the estimating part, beyond which the trial is of no use
+std::optional<Trial> trial_of(const IdentificationTask& task, const ident::PreparedRecord& prepared,
+                              const Identification& identification, const ident::GreyBoxKind& kind, double most_mse) {
   ident::StructureOptions asked;
   asked.name = std::string(kind.name);
   asked.structure = ident::structures::grey_box(kind);
-  std::optional<ident::Model> model = fit_that_holds(task, asked, task.options.search);
+  const std::vector<ident::Model> known = models_of(identification);
+  std::optional<ident::Model> model = fit_that_holds(task, prepared, asked, {task.options.search, known, most_mse});
   if (!model) return std::nullopt;
   return Trial{std::move(*model), std::string(kind.effect), fmt::format("--model {}", kind.name)};
 }
@@ -80,10 +102,9 @@ bool misses_a_part(const ident::Verdict& verdict) {
 }
 
 /// The first of more poles and zeros that leaves nothing over, else the one that errs least; none that holds.
-std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const Identification& identification,
-                                         const ident::Model& first) {
-  std::vector<ident::Model> known;
-  for (const IdentifiedModel& one : identification.models) known.push_back(one.result.model);
+std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const ident::PreparedRecord& prepared,
+                                         const Identification& identification, const ident::Model& first) {
+  const std::vector<ident::Model> known = models_of(identification);
   const bool has_delay = first.transfer_function.delay_s > 0.0;
   const bool integrates = first.stability && first.stability->integrator_order > 0.0;
   std::optional<Trial> best;
@@ -92,7 +113,7 @@ std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const I
     asked.structure = ident::structures::io(degrees);
     if (has_delay) asked.structure.delay.freedom = ident::Freedom::free;
     if (integrates) asked.parameters.push_back({.name = "a0", .fixed = true, .start = 0.0, .lower = {}, .upper = {}});
-    std::optional<ident::Model> model = fit_that_holds(task, asked, ident::Search::known, known);
+    std::optional<ident::Model> model = fit_that_holds(task, prepared, asked, {ident::Search::known, known});
     if (!model) continue;
     const bool is_clean = !misses_a_part(*model->verdict);
     if (!is_clean && best && !(ident::shown_mse(*model) < ident::shown_mse(best->model))) continue;
@@ -194,10 +215,11 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
     ident::Record record = task.record;
     record.input = clipped(input, middle, limit);
     const IdentificationTask cut = with_record(task, record);
+    const ident::PreparedRecord prepared(record, task.options);
     std::optional<ident::Model> best;
     for (const IdentifiedModel* base : bases) {
       std::optional<ident::Model> model =
-          fit_that_holds(cut, base->structure, ident::Search::nearest, {base->result.model});
+          fit_that_holds(cut, prepared, base->structure, {ident::Search::nearest, {base->result.model}});
       if (!model || (best && !(ident::shown_mse(*model) < ident::shown_mse(*best)))) continue;
       best = std::move(model);
       base_of_last = base;
@@ -283,12 +305,41 @@ bool is_wanted(const Identification& identification, const ident::GreyBoxKind* k
          });
 }
 
+/// Whether what the kind has may be what a model of the table misses.
+bool may_be_explained_by(const ident::GreyBoxKind& kind, const ident::Model& model, const ident::Model* first) {
+  return model.verdict && (&model == first || ident::grey_box_to_try(model, *model.verdict) == &kind);
+}
+
+/// The mean square error of the estimating part that a trial may have at most and still err clearly less than the model
+/// on the other part, however the two parts differ.
+double useful_mse(const ident::Model& model) {
+  constexpr double kMost = kOtherPart * kClearlyLess;
+  const double estimating = model.estimation ? model.estimation->score.mse : 0.0;
+  return kMost * kMost * std::max(estimating, ident::shown_mse(model));
+}
+
 /// Whether more poles may describe what the first model misses: whatever its error looks like, but for one that
 /// lies in the record.
 bool wants_more_poles(const ident::Model& first) {
   if (first.grey_box || ident::takes_in_a_drift(*first.verdict)) return false;
   if (ident::error_cause(first, *first.verdict) == ident::ErrorCause::frozen) return false;
   return misses_a_part(*first.verdict) || ident::fails_any(*first.verdict, {Kind::r2});
+}
+
+/// Whether so little is left of the error behind a map that no poles without it make up for it.
+bool is_made_by_map(const Identification& identification, const ident::Model& first) {
+  if (!first.input_map || !first.estimation) return false;
+  const auto mse = [](const ident::Model& model) { return model.estimation->score.mse; };
+  double least = std::numeric_limits<double>::infinity();
+  double least_shown = std::numeric_limits<double>::infinity();
+  for (const IdentifiedModel& one : identification.models) {
+    const ident::Model& model = one.result.model;
+    if (model.input_map || model.grey_box || !model.estimation) continue;
+    least = std::min(least, mse(model));
+    least_shown = std::min(least_shown, ident::shown_mse(model));
+  }
+  constexpr double kMost = kMostWithoutMap * kMostWithoutMap;
+  return std::isfinite(least) && mse(first) <= kMost * least && ident::shown_mse(first) <= kMost * least_shown;
 }
 
 /// Whether a limit of the input may be what the first model misses: its gain falls as the input grows, or it follows
@@ -348,8 +399,14 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (!best || ident::shown_mse(trial->model) < ident::shown_mse(best->model)) best = std::move(trial);
   };
   bool any = false;
+  const ident::PreparedRecord prepared(task.record, task.options);
   for (const ident::GreyBoxKind* kind : kinds) {
-    std::optional<Trial> trial = trial_of(task, *kind);
+    double most_mse = 0.0;
+    for (const IdentifiedModel& one : identification.models) {
+      if (may_be_explained_by(*kind, one.result.model, first))
+        most_mse = std::max(most_mse, useful_mse(one.result.model));
+    }
+    std::optional<Trial> trial = trial_of(task, prepared, identification, *kind, most_mse);
     if (!trial) continue;
     const ident::Model& box = trial->model;
     const bool helps_first = kind == left && (is_asked || !is_made_up_for(identification, box));
@@ -365,8 +422,8 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     }
   }
   const bool is_explained = best && !misses_a_part(*best->model.verdict);
-  if (first != nullptr && !is_explained && wants_more_poles(*first)) {
-    std::optional<Trial> trial = trial_of_more_poles(task, identification, *first);
+  if (first != nullptr && !is_explained && wants_more_poles(*first) && !is_made_by_map(identification, *first)) {
+    std::optional<Trial> trial = trial_of_more_poles(task, prepared, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   }
   if (first != nullptr && !best && may_saturate(*first)) {

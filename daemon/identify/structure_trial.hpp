@@ -8,7 +8,8 @@ namespace eha::identify {
 /// Fits structures that the models of a table may lack to the record, where no accepted model makes up for them:
 ///   each grey box that the residual of a model speaks for (ident::grey_box_to_try), or that the first model of the
 ///   table may lack (ident::grey_box_left_to_try);
-///   where the first model misses a part of the plant, io with more poles and zeros, as of two masses;
+///   where the first model misses a part of the plant, io with more poles and zeros, as of two masses, unless a valve's
+///   map is what makes it that good;
 ///   where nothing of that explains it, an integrator and io behind an input that saturates.
 /// Notes on the models that one holds (kGreyBoxHolds, ident::note_explanation()) where it is accepted and errs clearly
 /// less than they do, and takes back an end stop, a jump or a change of gain that it does without. The verdicts then

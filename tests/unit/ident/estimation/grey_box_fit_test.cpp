@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "core/error.hpp"
@@ -97,6 +98,34 @@ TEST(GreyBoxFit, FindsTanksThatEmpty) {
     return 2.0 * std::sqrt(v[3]) / v[2];
   };
   EXPECT_NEAR(orifice(result.model), orifice(plant), 0.02 * orifice(plant));
+}
+
+FitResult fitted_below(const Record& record, std::optional<double> most_mse, const std::vector<Model>& known = {}) {
+  const StructureOptions asked{.name = "friction", .structure = structure_family("friction").make({})};
+  return fit(record, asked, {.intervals = IntervalMethod::straight, .most_mse = most_mse}, run_in_order, known);
+}
+
+TEST(GreyBoxFit, GivesUpOnlyWhereNoModelComesBelowTheErrorThatIsWanted) {
+  const Record record = record_of(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1), 0.02, -3.0, 3.0, 0.002, 1);
+  const FitResult any = fitted_below(record, {});
+  const double least = any.model.estimation->score.mse;
+  for (const double times : {1.0001, 4.0, 1000.0}) {
+    const FitResult found = fitted_below(record, times * least);
+    EXPECT_NEAR(found.model.estimation->score.mse, least, 1e-7 * least) << times;
+    EXPECT_LE(found.model.estimation->evaluations, any.model.estimation->evaluations) << times;
+  }
+  for (const double times : {0.9, 0.5, 0.01})
+    EXPECT_THROW((void)fitted_below(record, times * least), DataError) << times;
+}
+
+TEST(GreyBoxFit, StartsFromAKnownLinearForm) {
+  const Record record = record_of(truth(friction_kind(), {0.2, 0.4, 0.5}, 0.1), 0.02, -3.0, 3.0, 0.002, 1);
+  const FitResult alone = fitted_below(record, {});
+  const Model linear = fitted(record, "integrator_lag").model;
+  const FitResult found = fitted_below(record, {}, {linear});
+  EXPECT_EQ(found.work.count("search"), 0U) << "the linear form is fitted again";
+  EXPECT_NEAR(found.model.estimation->score.mse, alone.model.estimation->score.mse,
+              1e-6 * alone.model.estimation->score.mse);
 }
 
 TEST(GreyBoxFit, HoldsOnAnotherRecordOfItsTanksThatBeginsElsewhere) {

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "ident/estimation/prepared_record.hpp"
+#include "ident/grey_box/grey_box_kind.hpp"
+#include "ident/model/model.hpp"
+#include "ident/structure/structure_options.hpp"
+
+namespace eha::ident {
+
+/// What is estimated of a model, as coordinates.
+struct GreyBoxCoordinate {
+  ParameterKey key;
+  bool is_logarithm = false;
+};
+
+/// Output error of a grey box on the rows that estimate, and its least squares from a start. The record and what is
+/// asked must outlive it. Thread-safe.
+class GreyBoxSearch {
+ public:
+  GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked);
+
+  [[nodiscard]] const std::vector<GreyBoxCoordinate>& coordinates() const { return coordinates_; }
+  [[nodiscard]] const Eigen::VectorXd& measured() const { return measured_; }
+
+  /// Models worth a start. @param linear  fitted to the same rows
+  [[nodiscard]] std::vector<Model> starts(const Model& linear) const;
+
+  /// A model of the kind with the states and the dead time that the search moves.
+  [[nodiscard]] Model begun_at(Model model) const;
+
+  /// Model less measured at the estimating rows; far off where it is not finite.
+  [[nodiscard]] Eigen::VectorXd residual(const Model& model) const;
+
+  [[nodiscard]] Eigen::VectorXd place(const Model& model) const;
+  void move_to(Model& model, const Eigen::VectorXd& theta) const;
+
+  /// Derivatives of the residual by the coordinates, by forward differences: of half the simulations, and good enough
+  /// for a search from afar. @param at  the residual at theta
+  [[nodiscard]] Eigen::MatrixXd rough_derivatives(const Model& model, const Eigen::VectorXd& theta,
+                                                  const Eigen::VectorXd& at) const;
+
+  /// Derivatives of the simulated output by what is estimated: by central differences.
+  [[nodiscard]] Eigen::MatrixXd derivatives(const Model& model, bool by_coordinate) const;
+
+  /// Least squares from a start. The cost is infinite if it ends at a model that is not finite.
+  struct End {
+    Model model;
+    double cost = std::numeric_limits<double>::infinity();
+    bool converged = false;
+    bool is_hopeless = false;  ///< it will not come below the cost that is wanted
+    std::size_t evaluations = 0;
+  };
+  /// How far and how exactly a search goes.
+  struct Effort {
+    int trials = 0;
+    bool rough = false;   ///< derivatives by forward differences
+    int trials_left = 0;  ///< after this search
+  };
+  /// @param most_cost  beyond which the end is not wanted: a search ends where it will not come below it
+  [[nodiscard]] End minimised(const Model& start, const Effort& effort, double most_cost) const;
+
+ private:
+  /// Of a difference.
+  [[nodiscard]] double step_of(Eigen::Index i, const Eigen::VectorXd& theta) const;
+
+  [[nodiscard]] double scale_of(const GreyBoxCoordinate& coordinate) const;
+
+  void choose_coordinates();
+
+  const StructureOptions& asked_;
+  const GreyBoxKind& kind_;
+  Comparison rows_;
+  bool estimates_start_;
+  Record record_;
+  MeasuredRows kept_;
+  Eigen::VectorXd measured_;
+  double spread_ = 0.0;
+  std::vector<GreyBoxCoordinate> coordinates_;
+};
+
+}  // namespace eha::ident
