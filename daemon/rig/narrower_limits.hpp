@@ -11,7 +11,8 @@
 namespace eha {
 
 /// Returns the limits that one rig file sets narrower than another, of travel, command range, velocity and slew, such
-/// as "command_max 3 V (5 V in force)"; lengths in the unit of the rig in force.
+/// as "command_max 3 V (5 V in force)"; lengths in the unit of the rig in force. Another calibration is one, too: with
+/// it the travel limits lie elsewhere.
 [[nodiscard]] std::vector<std::string> narrower_limits(const config::RigConfig& in_force,
                                                        const config::RigConfig& edited);
 

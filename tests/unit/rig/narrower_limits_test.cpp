@@ -48,6 +48,19 @@ TEST(NarrowerLimits, AreNamedWithBothValuesInTheUnitOfTheRig) {
   EXPECT_EQ(narrower_limits(metric, edited), Sentences{"travel_max 127 mm (146.05 mm in force)"});
 }
 
+TEST(NarrowerLimits, AreThoseOfAnotherCalibration) {
+  config::RigConfig edited = config::load_rig(EHA_SOURCE_DIR "/config/rigs/pci1716.toml");
+  const config::RigConfig now = edited;
+  auto& card = std::get<hal::ComediOptions>(edited.backend);
+  card.offset_in += 0.01;
+  EXPECT_EQ(narrower_limits(now, edited), Sentences{}) << "within the tolerance of a ruler";
+  card.offset_in += 0.54;
+  EXPECT_EQ(narrower_limits(now, edited), Sentences{"a calibration by which the rod stands up to 0.55 in elsewhere"});
+  card = std::get<hal::ComediOptions>(now.backend);
+  card.scale_in_per_V *= 1.1;
+  EXPECT_EQ(narrower_limits(now, edited), Sentences{"a calibration by which the rod stands up to 0.28 in elsewhere"});
+}
+
 TEST(NarrowerLimits, OfTheFileOnTheDiskAreRefused) {
   const test::TemporaryFolder folder;
   const auto file = folder.path() / "rig.toml";
