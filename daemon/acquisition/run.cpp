@@ -67,7 +67,7 @@ void run_in_thread(const std::function<void()>& work) {
 
 RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
               const config::RealtimeOptions& realtime, NonRealtime non_realtime, Clock& clock, RecordQueue& queue,
-              const StopRequest& stop, StatusBoard& board, GuardPage* page, MissingMotion* missing) {
+              const StopRequest& stop, StatusBoard& board, GuardPage* page, EarlierRuns* earlier) {
   check(source, limits, realtime, rig.capabilities());
   require(machine.state() == State::armed,
           "the rig is " + std::string(to_text(machine.state())) + ", not armed; arm it first");
@@ -79,11 +79,11 @@ RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source, const
     const SignalStack signal_stack;
     mark_loop_thread();
     TickEngine engine(rig, machine, source, limits, realtime, policy, clock,
-                      missing != nullptr ? *missing : MissingMotion{});
+                      earlier != nullptr ? *earlier : EarlierRuns{});
     const std::int64_t period_ns = std::llround(realtime.sample_period_s * 1e9);
     const LoopLinks links{clock, queue, stop, board, page, stall_limit_ns(realtime, kernel_facts())};
     Loop(engine, machine, period_ns, links, report).run();
-    if (missing != nullptr) *missing = engine.missing_motion();
+    if (earlier != nullptr) *earlier = engine.left();
   };
   if (clock.is_virtual()) {
     play(LatePolicy::abort);

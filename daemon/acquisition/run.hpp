@@ -7,7 +7,7 @@
 #include "core/guard_page.hpp"
 #include "daemon/acquisition/clock.hpp"
 #include "daemon/acquisition/command_source.hpp"
-#include "daemon/acquisition/following_monitor.hpp"
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/state_machine.hpp"
@@ -32,12 +32,12 @@ enum class NonRealtime : std::uint8_t {
 /// a tick does.
 /// @param machine  must be armed; is idle afterwards, or faulted
 /// @param page     shared with the rig's guard; none: there is no guard
-/// @param missing  of the runs before on this rig, then of this one, too; none: this is the only run
+/// @param earlier  the runs before on this rig, then this one, too; none: this is the only run
 /// @throws ConfigError      limits that contradict each other or the rig, a source without rows; nothing was written
 /// @throws PermissionError  the privileges are missing and NonRealtime::refuse; nothing was written
 [[nodiscard]] RunReport run(hal::Rig& rig, StateMachine& machine, CommandSource& source,
                             const config::RigLimits& limits, const config::RealtimeOptions& realtime,
                             NonRealtime non_realtime, Clock& clock, RecordQueue& queue, const StopRequest& stop,
-                            StatusBoard& board, GuardPage* page = nullptr, MissingMotion* missing = nullptr);
+                            StatusBoard& board, GuardPage* page = nullptr, EarlierRuns* earlier = nullptr);
 
 }  // namespace eha::acquisition

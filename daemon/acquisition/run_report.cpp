@@ -202,6 +202,14 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
           "the machine was suspended for {:.3g} s, and the output held its voltage meanwhile: look where the rod is "
           "(`eha read`); to forbid suspends: `systemctl mask sleep.target`",
           value);
+    case Fault::sensor_slip:
+      return fmt::format(
+          "the sensor's reading jumped by {0:+.3f} {2} in all, as no rod moves, {1:.3f} {2} are allowed: its coupling "
+          "or "
+          "holder slips, or its track or plug is worn, and the rod may stand that far from the reading; mend that, "
+          "hold "
+          "a ruler to the rod and compare it with `eha read` before anything moves; where they differ: `eha calibrate`",
+          shown_value, std::abs(shown_limit), length);
   }
   return "unknown fault";
 }

@@ -27,7 +27,7 @@ void raise_flag(TickRecord& row, TickFlag flag) noexcept { row.flags = static_ca
 
 TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
                        const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock,
-                       const MissingMotion& missing) noexcept
+                       const EarlierRuns& earlier) noexcept
     : rig_(rig),
       machine_(machine),
       source_(source),
@@ -39,7 +39,8 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       clock_(clock),
       chain_(limits, realtime.sample_period_s),
       limits_monitor_(limits, realtime.sample_period_s),
-      following_monitor_(following_rule(limits), missing),
+      following_monitor_(following_rule(limits), earlier.missing_in),
+      slip_monitor_(limits.velocity_limit_in_per_s, earlier.slipped_in),
       deadlines_(realtime, late_policy) {
   const hal::RigCapabilities& abilities = rig.capabilities();
   if (source.brings_back()) limits_monitor_.allow_way_back();
@@ -153,10 +154,12 @@ void TickEngine::sample(const TickInputs& inputs, TickRecord& row) noexcept {
   has_reading_ = true;
   if (reading.feedback_at_rail) raise_flag(row, kFeedbackRail);
   if (reading.emergency_stop) raise_flag(row, kEmergencyStop);
+  const double earlier_speed_in_per_s = limits_monitor_.velocity_in_per_s();
   Breach breach = limits_monitor_.check(inputs.scheduled_ns, reading, applied_.applied_V);
   if (breach.fault == Fault::none) {
     breach = following_monitor_.check(inputs.scheduled_ns, reading.displacement_in, applied_.applied_V);
   }
+  if (breach.fault == Fault::none) breach = check_slip(begun_ns, earlier_speed_in_per_s);
   if (breach.fault == Fault::none) breach = check_contact(reading);
   note_margins(row);
   if (breach.fault != Fault::none) trip(breach.fault, breach.value, breach.limit);
@@ -169,6 +172,16 @@ void TickEngine::note_margins(TickRecord& row) noexcept {
   };
   note(limits_monitor_.travel_share(), travel_, kNearTravel);
   note(limits_monitor_.velocity_share(), velocity_, kNearVelocity);
+}
+
+Breach TickEngine::check_slip(std::int64_t begun_ns, double earlier_speed_in_per_s) noexcept {
+  const std::int64_t since_ns = now_ns_ - read_for_ns_;
+  const std::int64_t longest_ns = std::max(since_ns, clock_.now_ns() - read_from_ns_);
+  read_for_ns_ = now_ns_;
+  read_from_ns_ = begun_ns;
+  return slip_monitor_.check(reading_.displacement_in, earlier_speed_in_per_s,
+                             static_cast<double>(since_ns) * kSecondsPerNanosecond,
+                             static_cast<double>(longest_ns) * kSecondsPerNanosecond);
 }
 
 Breach TickEngine::check_contact(const hal::RigReading& reading) noexcept {

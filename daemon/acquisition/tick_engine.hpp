@@ -8,9 +8,11 @@
 #include "daemon/acquisition/command_chain.hpp"
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/acquisition/deadline_monitor.hpp"
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
 #include "daemon/acquisition/run_report.hpp"
+#include "daemon/acquisition/slip_monitor.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -49,10 +51,10 @@ struct TickInputs {
 class TickEngine {
  public:
   /// Arguments are checked by run(). The rig, the machine, the source and the clock must outlive the engine.
-  /// @param missing  of the runs before on this rig
+  /// @param earlier  the runs before on this rig
   TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& source, const config::RigLimits& limits,
              const config::RealtimeOptions& realtime, LatePolicy late_policy, Clock& clock,
-             const MissingMotion& missing = {}) noexcept;
+             const EarlierRuns& earlier = {}) noexcept;
 
   TickRecord tick(const TickInputs& inputs) noexcept;
 
@@ -65,8 +67,9 @@ class TickEngine {
   [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
   /// What the next run begins with; nothing after a fault that sends somebody to the sensor or the valve.
-  [[nodiscard]] MissingMotion missing_motion() const noexcept {
-    return names_motion(fault_.fault) ? MissingMotion{} : following_monitor_.left_in();
+  [[nodiscard]] EarlierRuns left() const noexcept {
+    if (names_motion(fault_.fault)) return {};
+    return {following_monitor_.left_in(), slip_monitor_.slipped_in()};
   }
   /// First running tick, from the run's first tick [ns]; 0 before it.
   [[nodiscard]] std::int64_t experiment_ns() const noexcept {
@@ -89,6 +92,7 @@ class TickEngine {
  private:
   void sample(const TickInputs& inputs, TickRecord& row) noexcept;
   void note_margins(TickRecord& row) noexcept;
+  [[nodiscard]] Breach check_slip(std::int64_t begun_ns, double earlier_speed_in_per_s) noexcept;
   [[nodiscard]] Breach check_contact(const hal::RigReading& reading) noexcept;
   void decide(const TickInputs& inputs) noexcept;
   void drive(const TickInputs& inputs, TickRecord& row) noexcept;
@@ -112,6 +116,7 @@ class TickEngine {
   CommandChain chain_;
   LimitMonitor limits_monitor_;
   FollowingMonitor following_monitor_;
+  SlipMonitor slip_monitor_;
   DeadlineMonitor deadlines_;
 
   hal::RigReading reading_;      ///< the last good one
@@ -124,6 +129,8 @@ class TickEngine {
   std::int64_t contact_time_ns_ = 0;    ///< time that the auxiliary contact may be open while enabled; 0: there is none
   std::int64_t contact_closed_ns_ = 0;  ///< time at which it was last seen closed, or the enable line went on
   std::int64_t now_ns_ = 0;             ///< scheduled time of the present tick
+  std::int64_t read_for_ns_ = 0;        ///< scheduled time of the last good reading
+  std::int64_t read_from_ns_ = 0;       ///< when its call began, on the engine's clock
   std::uint32_t first_row_ = 0;         ///< sequence of the first running tick
   std::uint32_t armed_ticks_ = 0;
   int timeouts_in_a_row_ = 0;

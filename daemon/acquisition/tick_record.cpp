@@ -15,7 +15,7 @@ constexpr EnumNames<State, 7> kStates{{{"faulted", State::faulted},
                                        {"running", State::running},
                                        {"ramp_out", State::ramp_out},
                                        {"safe_stop", State::safe_stop}}};
-constexpr EnumNames<Fault, 29> kFaults{{{"none", Fault::none},
+constexpr EnumNames<Fault, 30> kFaults{{{"none", Fault::none},
                                         {"emergency_stop", Fault::emergency_stop},
                                         {"travel_limit", Fault::travel_limit},
                                         {"velocity_limit", Fault::velocity_limit},
@@ -43,7 +43,8 @@ constexpr EnumNames<Fault, 29> kFaults{{{"none", Fault::none},
                                         {"wrong_speed", Fault::wrong_speed},
                                         {"following_error", Fault::following_error},
                                         {"oscillation", Fault::oscillation},
-                                        {"suspended", Fault::suspended}}};
+                                        {"suspended", Fault::suspended},
+                                        {"sensor_slip", Fault::sensor_slip}}};
 constexpr EnumNames<RigStatus, 7> kRigStatuses{{{"ok", RigStatus::ok},
                                                 {"timed_out", RigStatus::timed_out},
                                                 {"io_error", RigStatus::io_error},

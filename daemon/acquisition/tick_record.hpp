@@ -48,6 +48,7 @@ enum class Fault : std::uint8_t {
   following_error,     ///< a controller follows its reference worse than its file allows
   oscillation,         ///< a controller's command swings more often than in any of its trials
   suspended,           ///< the machine was suspended, and the output held its voltage meanwhile
+  sensor_slip,         ///< the readings jumped away from the rod's place, as no rod moves
 };
 
 /// Whether a fault says that sensor, valve or rod do not do what the volts ask for.
@@ -61,6 +62,7 @@ enum class Fault : std::uint8_t {
     case Fault::unexplained_motion:
     case Fault::no_motion:
     case Fault::wrong_speed:
+    case Fault::sensor_slip:
       return true;
     default:
       return false;

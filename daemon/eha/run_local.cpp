@@ -55,7 +55,7 @@ struct PlannedRun {
 
 /// What the runs of one command leave for the next one.
 struct EarlierRuns {
-  acquisition::MissingMotion missing = {};
+  acquisition::EarlierRuns counted = {};
   std::optional<play::FinishedRun> last = {};
 };
 
@@ -129,7 +129,7 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
       .time_base = command.fast ? acquisition::TimeBase::virtual_time : acquisition::TimeBase::monotonic,
       .non_realtime = command.allow_non_realtime ? acquisition::NonRealtime::allow : acquisition::NonRealtime::refuse,
       .early_end = early_end.get(),
-      .missing = &earlier.missing,
+      .earlier = &earlier.counted,
       .page = &local.page(),
       .share_journal = [&local](const os::FileDescriptor& journal) { local.hold(journal); },
       .before_driven =

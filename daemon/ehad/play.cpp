@@ -13,7 +13,7 @@ namespace eha::service {
 play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
                        OwnedRig* card, const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
                        acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
-                       acquisition::MissingMotion& missing, acquisition::StopRequest& stop, play::RunWatch& watch) {
+                       acquisition::EarlierRuns& earlier, acquisition::StopRequest& stop, play::RunWatch& watch) {
   const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
   OwnedRig& rig = card != nullptr ? *card : simulated.emplace(config, snapshot);
@@ -31,7 +31,7 @@ play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, 
       .played_by = play::PlayedBy::ehad,
       .early_end = early_end.get(),
       .watch = &watch,
-      .missing = &missing,
+      .earlier = &earlier,
       .page = &rig.page(),
       .share_journal = [&rig](const os::FileDescriptor& journal) { rig.hold(journal); },
       .before_driven =

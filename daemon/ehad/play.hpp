@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "config/rig_config.hpp"
-#include "daemon/acquisition/following_monitor.hpp"
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/run.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/stop_request.hpp"
@@ -21,13 +21,13 @@ namespace eha::service {
 /// @param snapshot  the page of a simulated rig is beside it, see OwnedRig
 /// @param machine must be armed
 /// @param rest     where the card's rod was when it was last read: nothing is driven if it moved; none: not known
-/// @param missing  of the runs before on this card, then of this one, too
+/// @param earlier  the runs before on this card, then this one, too
 /// @throws as play::play
 [[nodiscard]] play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder,
                                      const config::RigConfig& config, OwnedRig* card,
                                      const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
                                      acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
-                                     acquisition::MissingMotion& missing, acquisition::StopRequest& stop,
+                                     acquisition::EarlierRuns& earlier, acquisition::StopRequest& stop,
                                      play::RunWatch& watch);
 
 }  // namespace eha::service

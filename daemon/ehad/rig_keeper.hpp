@@ -16,7 +16,7 @@
 #include "core/error.hpp"
 #include "core/os/file_descriptor.hpp"
 #include "daemon/acquisition/circuits_at_rest.hpp"
-#include "daemon/acquisition/following_monitor.hpp"
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/state_machine.hpp"
 #include "daemon/acquisition/status_board.hpp"
 #include "daemon/ehad/background.hpp"
@@ -102,7 +102,7 @@ class RigKeeper {
   /// File of the card's snapshot, for eha-safe.
   [[nodiscard]] const std::filesystem::path& snapshot() const noexcept { return snapshot_; }
 
-  /// Runs `play(card, machine, missing)` in the rig's thread, which owns the state until `then` is called with the
+  /// Runs `play(card, machine, earlier)` in the rig's thread, which owns the state until `then` is called with the
   /// outcome.
   /// @param play  receives the card (OwnedRig*), nullptr for a simulated rig, which is reopened for each run; returns a
   ///              play::FinishedRun
@@ -120,7 +120,7 @@ class RigKeeper {
           }
           auto finished = [&] {
             try {
-              return play(card_.get(), machine_, missing_);
+              return play(card_.get(), machine_, earlier_);
             } catch (...) {  // it may have been driven until now
               off_since_ = std::chrono::steady_clock::now();
               throw;
@@ -212,7 +212,7 @@ class RigKeeper {
   int reconfiguring_ = 0;
   int reopening_ = 0;  ///< number of tasks that may replace card_; the main thread does not use it meanwhile
   acquisition::StateMachine machine_;
-  acquisition::MissingMotion missing_{};  ///< of the runs so far; belongs to the rig's thread
+  acquisition::EarlierRuns earlier_;  ///< the runs so far; belongs to the rig's thread
   std::unique_ptr<Background> thread_;
 };
 

@@ -192,8 +192,8 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   active_->playing = true;
   rig_.play(
       [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
-          OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion& missing) {
-        return play(entry, folder, *config, card, rig_.rest(), rig_.snapshot(), options_.non_realtime, machine, missing,
+          OwnedRig* card, acquisition::StateMachine& machine, acquisition::EarlierRuns& earlier) {
+        return play(entry, folder, *config, card, rig_.rest(), rig_.snapshot(), options_.non_realtime, machine, earlier,
                     *stop, *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });

@@ -204,7 +204,7 @@ FinishedRun record_run(const RunParts& run, record::JournalWriter& journal, Prog
   const auto play_source = [&](acquisition::CommandSource& source) {
     return acquisition::run(run.rig, run.machine, source, request.rig.limits, request.rig.realtime,
                             request.non_realtime, *clock, *queue, run.stop, run.watch.board, request.page,
-                            request.missing);
+                            request.earlier);
   };
   if (request.before_driven) request.before_driven(run.rig);
   std::future<acquisition::RunReport> loop = std::async(std::launch::async, [&] {

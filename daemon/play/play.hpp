@@ -40,8 +40,8 @@ struct PlayRequest {
   PlayedBy played_by = PlayedBy::eha;
   EarlyEnd* early_end = nullptr;  ///< none: every repetition is played
   RunWatch* watch = nullptr;      ///< none: nobody watches the run
-  acquisition::MissingMotion* missing =
-      nullptr;                ///< of the runs on this rig, which this one adds to; none: it is the only one
+  acquisition::EarlierRuns* earlier =
+      nullptr;                ///< the runs on this rig, which this one adds to; none: it is the only one
   GuardPage* page = nullptr;  ///< shared with the rig's guard; none: a killed process costs up to 0.2 s of the record
   /// Gives the guard the journal, whose lock it shares; called once, before the rig is driven.
   std::function<void(const os::FileDescriptor& journal)> share_journal = {};

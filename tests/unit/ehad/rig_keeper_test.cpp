@@ -93,7 +93,7 @@ TEST_F(RigKeeperTest, LendsTheStateToTheRunAndTakesItBack) {
   ASSERT_EQ(arm(), "");
   std::optional<double> answer;
   rig_.play(
-      [](OwnedRig* card, acquisition::StateMachine& machine, acquisition::MissingMotion&) {
+      [](OwnedRig* card, acquisition::StateMachine& machine, acquisition::EarlierRuns&) {
         EXPECT_EQ(card, nullptr);
         machine.move_to(State::ramp_in);
         machine.move_to(State::safe_stop);

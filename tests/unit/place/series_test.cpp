@@ -77,7 +77,7 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
       rod, faults, [](std::int64_t) {}, plant.conversion());
   std::vector<double> table(static_cast<std::size_t>(std::lround((step.lasts_s + 0.1) / kTick_s)), 0.0);
   for (std::size_t i = 50; i + 50 < table.size(); ++i) table[i] = following.null_V + step.volts;
-  acquisition::MissingMotion missing{};
+  acquisition::EarlierRuns earlier;
   Series series;
   while (series.runs < most_runs && (series.fault == Fault::none || series.fault == Fault::second_stop)) {
     place::StartingSource source(place::PlaceController(rig.limits, kTick_s, 2.95), rig.limits, kTick_s,
@@ -87,7 +87,7 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
     machine.arm();
     acquisition::VirtualClock clock;
     acquisition::TickEngine engine(sensed, machine, source, rig.limits, rig.realtime, acquisition::LatePolicy::abort,
-                                   clock, missing);
+                                   clock, earlier);
     for (std::uint32_t k = 0; !engine.finished(); ++k) {
       acquisition::TickInputs inputs;
       inputs.sequence = k;
@@ -96,7 +96,7 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
       (void)engine.tick(inputs);
     }
     rod.rest();
-    missing = engine.missing_motion();
+    earlier = engine.left();
     series.fault = engine.fault().fault;
     ++series.runs;
   }
