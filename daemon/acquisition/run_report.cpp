@@ -205,11 +205,17 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
     case Fault::sensor_slip:
       return fmt::format(
           "the sensor's reading jumped by {0:+.3f} {2} in all, as no rod moves, {1:.3f} {2} are allowed: its coupling "
-          "or "
-          "holder slips, or its track or plug is worn, and the rod may stand that far from the reading; mend that, "
-          "hold "
-          "a ruler to the rod and compare it with `eha read` before anything moves; where they differ: `eha calibrate`",
+          "or holder slips, or its track or plug is worn, and the rod may stand that far from the reading; mend that, "
+          "hold a ruler to the rod and compare it with `eha read` before anything moves; where they differ: "
+          "`eha calibrate`",
           shown_value, std::abs(shown_limit), length);
+    case Fault::wrong_place:
+      return fmt::format(
+          "by its volts the rod may be {0:+.2f} {2} from where its sensor shows it, and so at its travel limit of "
+          "{1:.3f} {2}; look where it stands; likely, in this order: the sensor's slope has changed, it drifts or "
+          "slips (`eha calibrate`); a load, the supply pressure or the valve makes the rod over 12 % slower than "
+          "[following] has it (`eha characterise`)",
+          shown_value, shown_limit, length);
   }
   return "unknown fault";
 }

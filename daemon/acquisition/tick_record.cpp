@@ -15,7 +15,7 @@ constexpr EnumNames<State, 7> kStates{{{"faulted", State::faulted},
                                        {"running", State::running},
                                        {"ramp_out", State::ramp_out},
                                        {"safe_stop", State::safe_stop}}};
-constexpr EnumNames<Fault, 30> kFaults{{{"none", Fault::none},
+constexpr EnumNames<Fault, 31> kFaults{{{"none", Fault::none},
                                         {"emergency_stop", Fault::emergency_stop},
                                         {"travel_limit", Fault::travel_limit},
                                         {"velocity_limit", Fault::velocity_limit},
@@ -44,7 +44,8 @@ constexpr EnumNames<Fault, 30> kFaults{{{"none", Fault::none},
                                         {"following_error", Fault::following_error},
                                         {"oscillation", Fault::oscillation},
                                         {"suspended", Fault::suspended},
-                                        {"sensor_slip", Fault::sensor_slip}}};
+                                        {"sensor_slip", Fault::sensor_slip},
+                                        {"wrong_place", Fault::wrong_place}}};
 constexpr EnumNames<RigStatus, 7> kRigStatuses{{{"ok", RigStatus::ok},
                                                 {"timed_out", RigStatus::timed_out},
                                                 {"io_error", RigStatus::io_error},

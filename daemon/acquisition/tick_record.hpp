@@ -49,6 +49,7 @@ enum class Fault : std::uint8_t {
   oscillation,         ///< a controller's command swings more often than in any of its trials
   suspended,           ///< the machine was suspended, and the output held its voltage meanwhile
   sensor_slip,         ///< the readings jumped away from the rod's place, as no rod moves
+  wrong_place,         ///< by a controller's volts the rod may be at its travel limit, unlike its sensor shows
 };
 
 /// Whether a fault says that sensor, valve or rod do not do what the volts ask for.
@@ -63,6 +64,7 @@ enum class Fault : std::uint8_t {
     case Fault::no_motion:
     case Fault::wrong_speed:
     case Fault::sensor_slip:
+    case Fault::wrong_place:
       return true;
     default:
       return false;

@@ -241,7 +241,7 @@ bool is_of_rod(std::string_view description) {
   using acquisition::Fault;
   constexpr std::array kOthers{Fault::frozen_sensor, Fault::feedback_band,      Fault::feedback_rail,
                                Fault::not_following, Fault::unexplained_motion, Fault::velocity_limit,
-                               Fault::travel_limit,  Fault::sensor_slip};
+                               Fault::travel_limit,  Fault::sensor_slip,        Fault::wrong_place};
   const std::string_view name = fault_name(description);
   return is_of_following(name) ||
          std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });

@@ -33,7 +33,9 @@ TrackSource::TrackSource(const config::Track& track, const config::RigLimits& li
       swings_(coefficients_.settings.inverse.null, track.controller.fault.swing_V, coefficients_.settings.tick_s),
       fault_(track.controller.fault),
       first_row_(first_tracked_row(limits, coefficients_.settings.tick_s)),
-      monitor_(bounds_of(limits, coefficients_.settings), coefficients_.settings.tick_s) {}
+      monitor_(bounds_of(limits, coefficients_.settings), coefficients_.settings.tick_s),
+      reckoned_(limits, coefficients_.settings.tick_s),
+      command_V_(coefficients_.settings.inverse.null) {}
 
 double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept {
   const double null_V = coefficients_.settings.inverse.null;
@@ -46,7 +48,9 @@ double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) no
   const std::size_t tick = row - first_row_ + 1;
   const ident::AxisOutput out =
       controller_.step(motion_.set_point(tick), last.displacement_in - motion_.injected(tick));
+  reckoned_.note(last.displacement_in, command_V_);
   const double command_V = monitor_.bounded_V(out.command, last);
+  command_V_ = command_V;
   const int swings = swings_.step(command_V);
   if (breach_.fault == Fault::none) {
     const double error_in = std::abs(out.reference - last.displacement_in);
@@ -54,6 +58,8 @@ double TrackSource::voltage_V(std::uint32_t row, const hal::RigReading& last) no
       breach_ = {Fault::following_error, error_in, fault_.following_error_in};
     } else if (swings > fault_.swings_per_s) {
       breach_ = {Fault::oscillation, static_cast<double>(swings), fault_.swings_per_s};
+    } else {
+      breach_ = reckoned_.breach();
     }
   }
   return command_V;

@@ -7,6 +7,7 @@
 #include "config/experiment_config.hpp"
 #include "daemon/acquisition/command_source.hpp"
 #include "daemon/place/loop_monitor.hpp"
+#include "daemon/track/reckoned_place.hpp"
 #include "ident/control/trial.hpp"
 
 namespace eha::track {
@@ -20,8 +21,9 @@ namespace eha::track {
 /// Plays a controller's trial in closed loop, from the rod's present position. The first rows request the valve's null;
 /// the controller starts without a bump. Ends the run if the rod follows worse, or the command swings more often, than
 /// the controller's file allows. Checks loop_speed, no_motion and wrong_speed as in a placing, but with a command that
-/// may change as fast as the slew limit. The command stays within closed_loop_most_V() of the null. Range and slew
-/// limit of the rig are applied afterwards. Real-time safe. Not thread-safe. Cost: about 0.3 us a tick.
+/// may change as fast as the slew limit, and wrong_place (ReckonedPlace). The command stays within closed_loop_most_V()
+/// of the null. Range and slew limit of the rig are applied afterwards. Real-time safe. Not thread-safe. Cost: about
+/// 0.3 us a tick.
 class TrackSource final : public acquisition::CommandSource {
  public:
   /// @param limits  of the rig
@@ -43,6 +45,8 @@ class TrackSource final : public acquisition::CommandSource {
   config::ControllerFaults fault_;
   std::uint32_t first_row_;
   place::LoopMonitor monitor_;
+  ReckonedPlace reckoned_;
+  double command_V_;  ///< of the tick before
   bool has_begun_ = false;
   acquisition::Breach breach_;
 };

@@ -164,6 +164,78 @@ TEST(TrackCampaign, NeverStopsASoundRig) {
   fmt::print("{} sound rigs\n", runs);
 }
 
+/// Set points of a user's: there and back over the travel, nearly as fast as the reference may move.
+config::Track cycle(const Axis& axis, double low_in, double high_in, int times) {
+  config::Track track = trial(axis, axis.controller);
+  const double move_s = 1.2 * (high_in - low_in) / reference_velocity(track) + 0.5;
+  std::vector<ident::SetPoint> points;
+  for (int k = 0; k < times; ++k) {
+    const double from_s = 2.0 * k * (move_s + 0.5);
+    points.push_back({from_s, low_in});
+    points.push_back({from_s + move_s, high_in});
+    points.push_back({from_s + move_s + 0.5, high_in});
+    points.push_back({from_s + 2.0 * move_s + 0.5, low_in});
+  }
+  track.plan.reference = points;
+  return track;
+}
+
+TEST(TrackCampaign, NeverStopsASoundRigOnSetPointsOverItsTravel) {
+  Axes axes;
+  const int runs = runs_wanted(200);
+  for (int run = 0; run < runs; ++run) {
+    const Axis& axis = axes.of(run);
+    Random random(30'000 + static_cast<unsigned>(run));
+    hal::SimOptions plant = axis.plant;
+    // Warm oil, a lower pressure, a null that has wandered.
+    plant.valve_rated_flow_L_per_min *= uniform(random, 0.92, 1.08);
+    plant.valve_null_offset_V += uniform(random, -0.01, 0.01);
+    plant.seed = random();
+    const double low_in = uniform(random, 0.3, 1.5);
+    const double high_in = uniform(random, 4.4, 5.6);
+    plant.initial_displacement_in = low_in;
+    TrackSource source(cycle(axis, low_in, high_in, 1), axis.rig.limits);
+    const Driven did = driven(plant, axis.rig, source, std::nullopt);
+    EXPECT_EQ(did.fault, Fault::none) << "run " << run << ": " << to_text(did.fault) << " at " << did.at_s << " s, "
+                                      << low_in << " to " << high_in << " in";
+  }
+}
+
+TEST(TrackCampaign, StopsSetPointsOverTheTravelBeforeAnEndStopWhereTheSlopeHasFallen) {
+  Axes axes;
+  Count count;
+  const int runs = runs_wanted(200);
+  int met = 0;
+  double hardest = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    const Axis& axis = axes.of(run);
+    Random random(40'000 + static_cast<unsigned>(run));
+    hal::SimOptions plant = axis.plant;
+    const double low_in = uniform(random, 0.3, 1.0);
+    plant.initial_displacement_in = low_in;
+    const config::Track track = cycle(axis, low_in, uniform(random, 5.0, 5.6), 1);
+    TrackSource source(track, axis.rig.limits);
+    const auto moment = static_cast<std::int64_t>(uniform(random, 300.0, 0.7 * source.rows()));
+    const double slope = uniform(random, 0.5, 0.8);
+    const Driven did = driven(plant, axis.rig, source,
+                              hal::InjectedFault{.kind = hal::FaultKind::scaled_sensor,
+                                                 .first_tick = moment,
+                                                 .ticks = hal::InjectedFault::kAlways,
+                                                 .amount = slope});
+    ++count.runs;
+    ++count.faults[std::string(to_text(did.fault))];
+    if (!did.met_end_stop) continue;
+    ++met;
+    hardest = std::max(hardest, did.fastest_in_per_s);
+    fmt::print("run {}, slope {:.3f} at {} ms of {}: {} at {:.1f} s, {:.2f} in/s\n", run, slope, moment, source.rows(),
+               to_text(did.fault), did.at_s, did.fastest_in_per_s);
+  }
+  print({{"slope of 0.5 to 0.8", count}});
+  fmt::print("{} met an end stop, in runs of up to {:.2f} in/s\n", met, hardest);
+  EXPECT_EQ(count.faults["none"], 0);
+  EXPECT_LE(met, runs / 50);
+}
+
 TEST(TrackCampaign, IsAbortedNearWhereItWas) {
   constexpr std::array<const char*, 6> kKinds{"stop",          "stuck",        "reversed",
                                               "scale doubled", "slope halved", "offset step"};
