@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <span>
@@ -178,6 +179,23 @@ Series held_input(std::span<const double> time_s, std::span<const double> values
   return series.x.size() == time_s.size() ? held(series) : series;
 }
 
+/// Gives several panels the range of all their values.
+void scale_alike(std::vector<Panel>& panels) {
+  if (panels.size() < 2) return;
+  double least = 0.0;
+  double greatest = 0.0;
+  for (const Panel& panel : panels) {
+    for (const double y : panel.series.front().y) {
+      if (!std::isfinite(y)) continue;
+      least = std::min(least, y);
+      greatest = std::max(greatest, y);
+    }
+  }
+  if (!(least < greatest)) return;
+  const double beyond = kMargin * (greatest - least);
+  for (Panel& panel : panels) panel.y_range = std::pair(least - beyond, greatest + beyond);
+}
+
 }  // namespace
 
 std::string axis_label(const ident::Channel& channel) {
@@ -200,7 +218,10 @@ plot::Figure record_figure(const ident::Record& record, const std::string& title
 plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::string>& models,
                         const std::optional<double>& split_s, const std::string& title) {
   Panel output{.x_label = "", .y_label = axis_label(table.output)};
-  Panel error{.x_label = "", .y_label = axis_label({"error, measured - model", table.output.unit})};
+  const Panel no_error{.x_label = "",
+                       .y_label = axis_label({"error, measured - model", table.output.unit}),
+                       .rules = {{.at = 0.0, .vertical = false}}};
+  std::vector<Panel> errors;
   Panel input{.x_label = "time [s]", .y_label = axis_label(table.input)};
   output.series.push_back(curve(table.time_s, table.measured, "measured", 0));
   int style = 1;
@@ -208,16 +229,21 @@ plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::
     const identify::FitColumn* column = table.find(name);
     if (column == nullptr) continue;
     output.series.push_back(curve(table.time_s, column->simulated, name, style));
-    error.series.push_back(curve(table.time_s, residual(table, *column), "error of " + name, style));
+    errors.push_back(no_error);
+    errors.back().series.push_back(curve(table.time_s, residual(table, *column), "error of " + name, style));
     ++style;
   }
-  error.rules.push_back({.at = 0.0, .vertical = false});
+  if (errors.empty()) errors.push_back(no_error);
+  scale_alike(errors);
   input.series.push_back(held_input(table.time_s, table.applied));
+  plot::Figure figure{.title = title, .panels = {std::move(output)}};
+  std::move(errors.begin(), errors.end(), std::back_inserter(figure.panels));
+  figure.panels.push_back(std::move(input));
   if (split_s) {
-    for (Panel* panel : {&output, &error, &input}) panel->rules.push_back({.at = *split_s, .vertical = true});
-    output.rules.back().label = "estimated before, validated after";
+    for (Panel& panel : figure.panels) panel.rules.push_back({.at = *split_s, .vertical = true});
+    figure.panels.front().rules.back().label = "estimated before, validated after";
   }
-  return {.title = title, .panels = {std::move(output), std::move(error), std::move(input)}};
+  return figure;
 }
 
 void mark_trip(plot::Figure& figure, double trip_s) {
@@ -344,7 +370,7 @@ std::size_t outside99(const ident::Correlation& correlation, int first_lag) {
 }
 
 plot::Figure pole_figure(const ident::Model& model) {
-  const ident::Poles poles = ident::poles(model.transfer_function);
+  const ident::Poles poles = ident::with_rounded_at_zero(ident::poles(model.transfer_function));
   const double q = poles.base_order;
   // Frequencies are in Hz everywhere: |w| as the natural frequency |w|^(1/q) / 2 pi.
   std::vector<std::complex<double>> in_Hz;

@@ -28,7 +28,8 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 /// Draws input and output over time.
 [[nodiscard]] plot::Figure record_figure(const ident::Record& record, const std::string& title);
 
-/// Draws the measured output with the named models, their errors, and the input.
+/// Draws the measured output with the named models, their errors on one scale, each in a panel of its own, as a dense
+/// curve would hide the other one, and the input.
 /// @param models   names of columns of the table; those without a column are left out
 /// @param split_s  end of the estimating part, marked by a rule
 [[nodiscard]] plot::Figure fit_figure(const identify::FitTable& table, const std::vector<std::string>& models,

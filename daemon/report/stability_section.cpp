@@ -34,7 +34,7 @@ double slowest_s(const ident::Poles& poles) {
 }
 
 Remark remark_on(const Subject& subject, const ident::Model& model) {
-  const ident::Poles poles = ident::poles(model.transfer_function);
+  const ident::Poles poles = ident::with_rounded_at_zero(ident::poles(model.transfer_function));
   const ident::StabilityReport stability =
       model.stability ? *model.stability : ident::stability(model.transfer_function);
   const double limit_deg = 90.0 * poles.base_order;

@@ -151,4 +151,12 @@ Poles poles(const TransferFunction& g) {
   return found;
 }
 
+Poles with_rounded_at_zero(Poles poles) {
+  const double q = poles.base_order;
+  const auto rounded = std::erase_if(
+      poles.values, [&](const Complex& value) { return std::pow(std::abs(value), 1.0 / q) < kSlowestPole_rad_s; });
+  poles.order_at_zero += static_cast<double>(rounded) * (poles.is_commensurate ? q : 1.0);
+  return poles;
+}
+
 }  // namespace eha::ident

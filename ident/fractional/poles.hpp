@@ -41,4 +41,11 @@ struct Poles {
 /// Precondition: check(g). Cost: up to some thousand evaluations of the denominator.
 [[nodiscard]] Poles poles(const TransferFunction& g);
 
+/// Slowest pole that is told from one at 0: no record lasts for its time constant of four months. [rad/s]
+inline constexpr double kSlowestPole_rad_s = 1e-7;
+
+/// The same poles for people: those slower than kSlowestPole_rad_s, which are an integrator's that a search rounded,
+/// count as poles at 0. Cost O(poles).
+[[nodiscard]] Poles with_rounded_at_zero(Poles poles);
+
 }  // namespace eha::ident

@@ -244,6 +244,8 @@ std::string linear_text(const Model& model, std::string_view plus_minus) {
   if (power < -kWhole) text += power < -1.0 - kWhole ? ", integrating twice" : ", integrating";
   if (beside_s) {
     text += fmt::format(" in its band (T = {:.4g} s and TD = {:.4g} s are below it)", *slow_s, *beside_s);
+  } else if (slow_s && std::abs(*slow_s) > 1.0 / kSlowestPole_rad_s) {
+    text += ", integrating";
   } else if (slow_s)
     text += fmt::format(", integrating in its band (T = {:.4g} s is below it)", *slow_s);
   text += roots_text(model, denominator, "T", "f0", plus_minus, slow_s) +

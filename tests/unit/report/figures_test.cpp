@@ -331,6 +331,16 @@ TEST(PoleFigure, SaysFrequencyAndDampingBesideAPairAndTheTimeConstantBesideAReal
   EXPECT_NE(captions.find("10 Hz; "), std::string::npos) << "a circle: " << captions;
 }
 
+TEST(PoleFigure, DrawsAnIntegratorsRoundedPoleAtZero) {
+  ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  model.transfer_function = {{{0.2, 0.0}}, {{0.05, 2.0}, {1.0, 1.0}, {4e-13, 0.0}}, 0.0};
+  const plot::Panel panel = pole_figure(model).panels[0];
+  EXPECT_EQ(panel.series.back().label, "pole at 0");
+  for (const plot::Caption& caption : panel.captions) {
+    EXPECT_EQ(caption.text.find("e-"), std::string::npos) << caption.text;
+  }
+}
+
 TEST(PoleFigure, KeepsCaptionsApart) {
   // Real poles close to one another: their captions are wider than their distance.
   ident::Model model = model_named("io", ident::Grade::good, 99.0);
@@ -565,6 +575,21 @@ TEST(FitTableFigure, ShowsTheTwoModelsOfLeastErrorAndSaysSo) {
   ASSERT_EQ(figure.panels[0].series.size(), 3U);
   EXPECT_EQ(figure.panels[0].series[1].label, "near");
   EXPECT_EQ(figure.panels[0].series[2].label, "io");
+}
+
+TEST(FitFigure, DrawsTheErrorsOfTwoModelsApartOnOneScale) {
+  Subject subject = subject_of("run", ident::Grade::good);
+  subject.fit.models.push_back({"far", subject.fit.measured});
+  for (double& y : subject.fit.models.back().simulated) y -= 0.5;
+  const plot::Figure figure = fit_figure(subject.fit, {"io", "far"}, subject.split_s(), "run");
+  ASSERT_EQ(figure.panels.size(), 4U);
+  ASSERT_EQ(figure.panels[1].series.size(), 1U) << "a dense curve hides the other one";
+  EXPECT_EQ(figure.panels[1].series.front().label, "error of io");
+  EXPECT_EQ(figure.panels[2].series.front().label, "error of far");
+  EXPECT_EQ(figure.panels[2].series.front().style, 2) << "as its output";
+  ASSERT_TRUE(figure.panels[1].y_range.has_value());
+  EXPECT_EQ(figure.panels[1].y_range, figure.panels[2].y_range);
+  EXPECT_GT(figure.panels[1].y_range->second, 0.5);
 }
 
 TEST(TripFigure, MarksTheTripBeyondTheLastRowOfTheFit) {

@@ -56,6 +56,16 @@ TEST(Poles, FarApartAreAllFound) {
   EXPECT_TRUE(found.is_complete);
 }
 
+TEST(Poles, OfAnIntegratorRoundedByASearchCountAsAtZero) {
+  const Poles found = with_rounded_at_zero(poles({{{1.0, 0.0}}, {{0.05, 2.0}, {1.0, 1.0}, {4e-13, 0.0}}, 0.0}));
+  EXPECT_EQ(found.order_at_zero, 1.0);
+  ASSERT_EQ(found.values.size(), 1U);
+  EXPECT_NEAR(found.values.front().real(), -20.0, 1e-9);
+  const Poles slow = with_rounded_at_zero(poles({{{1.0, 0.0}}, {{0.05, 2.0}, {1.0, 1.0}, {4e-6, 0.0}}, 0.0}));
+  EXPECT_EQ(slow.order_at_zero, 0.0) << "of three days";
+  EXPECT_EQ(slow.values.size(), 2U);
+}
+
 TEST(Poles, OfAPureGainAreNone) { EXPECT_TRUE(poles({{{2.0, 0.0}}, {{1.0, 0.0}}, 0.0}).values.empty()); }
 
 }  // namespace

@@ -130,6 +130,12 @@ TEST(UnitOfParameter, FollowsFromTheOrders) {
   EXPECT_EQ(unit("initial_output", ParameterRole::initial_output), "in");
 }
 
+TEST(EngineeringForm, CallsAPoleRoundedByASearchAnIntegrator) {
+  Model model = model_of({{{0.2, 0.0}}, {{0.05, 2.0}, {1.0, 1.0}, {4e-13, 0.0}}, 0.0});
+  model.verdict.emplace().usable_band = FrequencyInterval{0.04, 2.0};
+  EXPECT_EQ(engineering_form(model), "K = 0.2 in/(V s), integrating; T = 0.05 s");
+}
+
 TEST(EngineeringForm, TakesNoPoleBesideAZeroBelowTheBandForAnIntegrator) {
   // 1.8 (16.2 s + 1) / ((16.3 s + 1)(0.3 s + 1))
   Model model = model_of({{{1.8 * 16.2, 1.0}, {1.8, 0.0}}, {{16.3 * 0.3, 2.0}, {16.6, 1.0}, {1.0, 0.0}}, 0.0});
