@@ -155,8 +155,7 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
-  console.print(fmt::format("written: {}, for the limits of {}{}", file.string(), rig.file_name,
-                            command.rig_file ? "" : "; --rig names another rig file"));
+  console.print(written_for(file, rig, command.rig_file));
   console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
   return ExitCode::ok;
 }

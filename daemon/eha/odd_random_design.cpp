@@ -105,7 +105,7 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"amplitude_V", amplitude_V},
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
-  console.print(fmt::format("written: {}", file.string()));
+  console.print(written_for(file, rig, command.rig_file));
   console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
   return ExitCode::ok;
 }

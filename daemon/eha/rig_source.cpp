@@ -54,6 +54,12 @@ config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file
   return config::load_rig(found->string());
 }
 
+std::string written_for(const std::filesystem::path& file, const config::RigConfig& rig,
+                        const std::optional<std::string>& rig_file) {
+  return fmt::format("written: {}, for the limits of {}{}", file.string(), rig.file_name,
+                     rig_file ? "" : "; --rig names another rig file");
+}
+
 bool default_rig_moves_machine() {
   try {
     return hal::moves_machine(load_rig_or_default({}).backend);

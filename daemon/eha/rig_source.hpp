@@ -19,6 +19,10 @@ namespace eha::cli {
 /// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
+/// "written: band.toml, for the limits of /etc/ehad/rig.toml"; of a rig that was not named how to name another one.
+[[nodiscard]] std::string written_for(const std::filesystem::path& file, const config::RigConfig& rig,
+                                      const std::optional<std::string>& rig_file);
+
 /// Whether a local run without --rig would move a machine; true where the default rig file cannot be read.
 [[nodiscard]] bool default_rig_moves_machine();
 

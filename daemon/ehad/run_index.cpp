@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/os/users.hpp"
 #include "core/text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -215,7 +216,8 @@ void RunIndex::acknowledge(const std::string& run) {
 std::uint64_t RunIndex::remove(const std::string& run, uid_t by) {
   const IndexedRun& facts = known(run);
   if (by != 0 && by != facts.owner) {
-    throw PermissionError(fmt::format("{}: of uid {}; only its owner and root may remove it", run, facts.owner));
+    throw PermissionError(
+        fmt::format("{}: of {}; only its owner and root may remove it", run, os::local_user_text(facts.owner)));
   }
   if (facts.outcome == record::kInProgress) throw UsageError(fmt::format("{}: the run is on", run));
   const std::uint64_t bytes = facts.bytes;

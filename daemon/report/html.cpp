@@ -88,13 +88,24 @@ std::string utc_text(std::string text) {
   return text + " UTC";
 }
 
+namespace {
+
+/// Text outside of commands: sentences are written for a terminal, with "+-".
+std::string prose(std::string_view text) {
+  std::string html = escaped(text);
+  for (std::size_t at = html.find("+-"); at != std::string::npos; at = html.find("+-", at)) html.replace(at, 2, "±");
+  return html;
+}
+
+}  // namespace
+
 std::string with_code(std::string_view text) {
   std::string html;
   while (true) {
     const std::size_t begin = text.find('`');
     const std::size_t end = begin == std::string_view::npos ? begin : text.find('`', begin + 1);
-    if (end == std::string_view::npos) return html + escaped(text);
-    html += escaped(text.substr(0, begin)) + "<code>" + escaped(text.substr(begin + 1, end - begin - 1)) + "</code>";
+    if (end == std::string_view::npos) return html + prose(text);
+    html += prose(text.substr(0, begin)) + "<code>" + escaped(text.substr(begin + 1, end - begin - 1)) + "</code>";
     text.remove_prefix(end + 1);
   }
 }

@@ -160,9 +160,7 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<report::TableColumn> columns{{"quantity"}, {"value, ± half a 95 % interval"}};
   if (run.rig.limits.following) columns.push_back({"by [following] as used, without its margins"});
   for (const SheetRow& row : sheet_rows(run, unit)) {
-    std::string value = row.value;
-    for (std::size_t at = value.find("+-"); at != std::string::npos; at = value.find("+-")) value.replace(at, 2, "±");
-    rows.push_back({row.name, std::move(value)});
+    rows.push_back({row.name, row.value});
     if (columns.size() > 2) rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", another value"));
   }
   const std::string warning = warning_of(run, unit);

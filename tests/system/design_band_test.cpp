@@ -41,8 +41,7 @@ TEST(DesignBand, IsToBePlayedOnTheSimulatedRigThatItIsMadeFor) {
     std::vector<std::string> words{"design", "--band", "0.2:1.5", "--period", "5", "--rig", rig, "-o", "band.toml"};
     if (odd) words.emplace_back("--odd-random");
     const Ended made = run_eha(words, folder.path());
-    const std::string limits = odd ? std::string() : ", for the limits of " + rig;
-    EXPECT_NE(made.out.find("\nwritten: band.toml" + limits + "\n"), std::string::npos) << made.out;
+    EXPECT_NE(made.out.find("\nwritten: band.toml, for the limits of " + rig + "\n"), std::string::npos) << made.out;
     EXPECT_NE(made.out.find("Next: eha run band.toml --local --fast --rig " + rig), std::string::npos)
         << made.out << made.err;
   }

@@ -184,6 +184,17 @@ TEST_F(RunIndexTest, LeavesWhatItCannotRead) {
   EXPECT_TRUE(has("a"));
 }
 
+TEST_F(RunIndexTest, NamesTheOwnerOfARunThatAnotherWouldRemove) {
+  RunIndex index = open();
+  index.begin("of-root", 0);
+  try {
+    index.remove("of-root", kOwner);
+    FAIL() << "removed";
+  } catch (const PermissionError& error) {
+    EXPECT_STREQ(error.what(), "of-root: of root; only its owner and root may remove it");
+  }
+}
+
 TEST_F(RunIndexTest, LetsOnlyOwnerAndRootRemoveARun) {
   RunIndex index = open();
   play(index, "a");

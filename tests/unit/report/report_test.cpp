@@ -36,6 +36,7 @@ TEST(Escaped, LeavesNoMarkupAndNoBrokenText) {
 TEST(WithCode, ShowsWhatStandsBetweenBackticksAsCode) {
   EXPECT_EQ(with_code("`eha fit <a>` or `b`"), "<code>eha fit &lt;a&gt;</code> or <code>b</code>");
   EXPECT_EQ(with_code("one ` alone"), "one ` alone");
+  EXPECT_EQ(with_code("0.2 +- 0.1 V, `eha fit +-.csv`, +-5"), "0.2 ± 0.1 V, <code>eha fit +-.csv</code>, ±5");
   EXPECT_EQ(paragraph("`a`"), "<p><code>a</code></p>\n");
 }
 
