@@ -118,6 +118,7 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
                                               : "very slow");
 }
 
+constexpr double kSameTime = 1e-5;  // of the time between rows
 constexpr const char* kClosedLoop =
     "a controller probably made the input from it and the output: of a closed loop a model may be biased, most where "
     "noise and load move the output; record with the loop open, or hold the model against such a record (`eha "
@@ -468,10 +469,18 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   std::vector<double> time_s = roles.time ? rows.columns[0] : std::vector<double>();
   const Imported imported = assembled(rows, *table, roles, selection, path, options);
   const ident::Record& record = imported.record;
-  const bool is_as_read = time_s.size() == static_cast<std::size_t>(record.input.size()) && imported.repairs.empty();
+  const auto even = [&](std::size_t k) {
+    constexpr double kPerSecond = 1e9;  // keeps 0.07 from 0.07000000000000001
+    return std::round((record.start_s + static_cast<double>(k) * record.step_s) * kPerSecond) / kPerSecond;
+  };
+  // Times in minutes are rounded to 0.0833: the rows are simulated at even times.
+  bool is_as_read = time_s.size() == static_cast<std::size_t>(record.input.size()) && imported.repairs.empty();
+  for (std::size_t k = 0; is_as_read && k < time_s.size(); ++k) {
+    is_as_read = std::abs(time_s[k] - even(k)) <= kSameTime * record.step_s;
+  }
   if (!is_as_read) {
     time_s.resize(static_cast<std::size_t>(record.input.size()));
-    for (std::size_t k = 0; k < time_s.size(); ++k) time_s[k] = record.start_s + static_cast<double>(k) * record.step_s;
+    for (std::size_t k = 0; k < time_s.size(); ++k) time_s[k] = even(k);
   }
   input.series.time_s = std::move(time_s);
   input.series.values = record.input;

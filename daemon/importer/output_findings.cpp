@@ -17,6 +17,7 @@
 #include "daemon/importer/signal_scale.hpp"
 #include "ident/record.hpp"
 #include "ident/signal/kept_values.hpp"
+#include "ident/signal/most_moving_part.hpp"
 #include "ident/signal/value_step.hpp"
 
 namespace eha::importer {
@@ -35,6 +36,7 @@ constexpr double kFrozenInput = 0.3;   // of the input's range
 constexpr std::size_t kFewestChanges = 30;
 constexpr std::size_t kFewestMotions = 20;
 constexpr double kIntegrates = 0.6;        // R2 of the motion by the input
+constexpr double kByPlace = 0.7;           // of what that leaves over, where the place tells of the motion, too
 constexpr double kBandOverUsual = 10.0;    // band of a rod on its end stop, over the usual distance of a row
 constexpr double kWidestEndBand = 0.02;    // ... over the output's range
 constexpr double kAskedOverBand = 3.0;     // motion beyond the stop that the input asks for
@@ -76,14 +78,13 @@ Stretch longest_part(const std::vector<Stretch>& stretches, std::size_t count) {
   return longest;
 }
 
-/// The longest part of `count` rows without a stretch.
-Cut clean_part(const std::vector<Stretch>& stretches, std::size_t count, double start_s, double step_s) {
-  const Stretch longest = longest_part(stretches, count);
+/// The options that keep the rows of a part, given by its first row and the row behind its last.
+Cut cut_to(const Stretch& part, std::size_t count, double start_s, double step_s) {
   const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
   Cut cut;
-  if (longest.second <= longest.first) return cut;
-  if (longest.first > 0) cut.from_s = time(longest.first);
-  if (longest.second < count) cut.to_s = time(longest.second - 1);
+  if (part.second <= part.first) return cut;
+  if (part.first > 0) cut.from_s = time(part.first);
+  if (part.second < count) cut.to_s = time(part.second - 1);
   return cut;
 }
 
@@ -177,6 +178,7 @@ struct Motion {
   double at_0 = 0.0;
   double slope = 0.0;
   bool is_known = false;
+  bool is_by_place = false;  ///< where the rod is tells of the motion, too: it comes to rest by itself
 };
 
 /// The line through the windows of a record that no stretch touches; not known where the output does not integrate.
@@ -184,12 +186,14 @@ Motion motion_by_input(const std::vector<double>& input, const std::vector<doubl
                        const std::vector<Stretch>& without) {
   std::vector<double> u;
   std::vector<double> y;
+  std::vector<double> places;
   for (std::size_t k = 0; k + window < output.size(); k += window) {
     const auto touches = [&](const Stretch& stretch) { return k + window >= stretch.first && k <= stretch.second; };
     if (std::any_of(without.begin(), without.end(), touches)) continue;
     const auto first = input.begin() + static_cast<std::ptrdiff_t>(k);
     u.push_back(std::accumulate(first, first + static_cast<std::ptrdiff_t>(window), 0.0) / static_cast<double>(window));
     y.push_back(output[k + window] - output[k]);
+    places.push_back(output[k]);
   }
   if (u.size() < kFewestMotions) return {};
   const Eigen::Map<const Eigen::ArrayXd> inputs(u.data(), static_cast<Eigen::Index>(u.size()));
@@ -200,7 +204,12 @@ Motion motion_by_input(const std::vector<double>& input, const std::vector<doubl
   const double yy = dy.square().sum();
   const double uy = (du * dy).sum();
   if (!(uy * uy > kIntegrates * uu * yy)) return {};
-  return {motions.mean() - uy / uu * inputs.mean(), uy / uu, true};
+  Eigen::MatrixXd regressors(inputs.size(), 2);
+  const Eigen::Map<const Eigen::ArrayXd> place(places.data(), inputs.size());
+  regressors << du.matrix(), (place - place.mean()).matrix();
+  const Eigen::VectorXd solution = regressors.colPivHouseholderQr().solve(dy.matrix());
+  const double by_both = (dy.matrix() - regressors * solution).squaredNorm();
+  return {motions.mean() - uy / uu * inputs.mean(), uy / uu, true, by_both < kByPlace * (yy - uy * uy / uu)};
 }
 
 /// Those of the stretches in which a rod that integrates would have moved by several steps of a coarse sensor.
@@ -249,7 +258,8 @@ std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vect
   std::vector<Stretch> all;
   for (const auto& end : ends) std::copy_if(end.begin(), end.end(), std::back_inserter(all), is_long);
   const Motion motion = all.empty() ? Motion{} : motion_by_input(input, output, window, all);
-  if (!motion.is_known) return {};
+  // A plant that levels itself rests at an end as long as its input does, without any stop.
+  if (!motion.is_known || motion.is_by_place) return {};
   std::vector<Stretch> found;
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const double side = i == 0 ? 1.0 : -1.0;
@@ -457,17 +467,25 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
       stretches(filled, ident::kRowsOfGap));
   if (!spoilt.empty()) {
     std::sort(spoilt.begin(), spoilt.end());
-    findings.cut = clean_part(spoilt, output.size(), start_s, step_s);
+    const Stretch longest = longest_part(spoilt, output.size());
+    const auto moving = ident::most_moving_part(output, spoilt);
+    if (moving) findings.cut = cut_to(*moving, output.size(), start_s, step_s);
+    const std::string any = remarks.size() > 1 ? " any of this" : "";
     const std::string options = cut_options(findings.cut);
-    remarks.back() += options.empty() ? "; no part is without"
-                                      : "; the longest part without" +
-                                            std::string(remarks.size() > 1 ? " any of this" : "") + ": " + options;
+    if (longest.second <= longest.first) {
+      remarks.back() += "; no part is without";
+    } else if (options.empty()) {
+      remarks.back() += "; the output moves in no part without" + any;
+    } else {
+      remarks.back() += fmt::format("; the {} without{}{}: {}", moving == longest ? "longest part" : "part", any,
+                                    moving == longest ? "" : " that moves most", options);
+    }
   }
   return findings;
 }
 
 Cut part_without_gaps(const std::vector<std::size_t>& filled, std::size_t count, double start_s, double step_s) {
-  return clean_part(stretches(filled, ident::kRowsOfGap), count, start_s, step_s);
+  return cut_to(longest_part(stretches(filled, ident::kRowsOfGap), count), count, start_s, step_s);
 }
 
 std::string gaps_text(const std::vector<std::size_t>& filled, double start_s, double step_s) {

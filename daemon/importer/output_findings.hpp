@@ -38,7 +38,7 @@ struct Cut {
 
 struct OutputFindings {
   std::vector<std::string> remarks = {};  ///< a sentence each, the last of them with the cut
-  Cut cut = {};                           ///< the longest part without any of what spoils a model
+  Cut cut = {};                           ///< the part without any of what spoils a model that moves most
   std::string frozen = {};  ///< where the sensor froze, "from 30 to 49.98 s", of several the longest; may be empty
 };
 

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
@@ -211,6 +213,50 @@ TEST(OutputRemarks, NameAClippedSensorAndTheLongestPartWithout) {
     const double t = kRodStep_s * static_cast<double>(k);
     if (t > from_s + 0.1 && t < to_s - 0.1) {
       EXPECT_LT(r.output[k], end) << t;
+    }
+  }
+}
+
+TEST(OutputRemarks, CutToThePartThatMovesAndNotToALongRest) {
+  constexpr std::size_t kRest = 900;
+  Rod r = rod();
+  double greatest = 0.0;
+  for (std::size_t k = 0; k < kRest; ++k) greatest = std::max(greatest, r.output[k]);
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  for (std::size_t k = 0; k < kRodRows; ++k) {
+    r.output[k] = k < kRest ? std::min(r.output[k], greatest - 4.0) : greatest - 8.0 + noise(random);
+  }
+  const OutputFindings found = findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s);
+  ASSERT_FALSE(found.remarks.empty());
+  ASSERT_FALSE(found.cut.keeps_all()) << found.remarks.back();
+  EXPECT_FALSE(found.cut.keeps(20.0)) << found.remarks.back();
+  EXPECT_NE(found.remarks.back().find("that moves most: --"), std::string::npos) << found.remarks.back();
+}
+
+TEST(OutputRemarks, NameNoEndStopOfAPlantThatLevelsItself) {
+  // Lags of 80 and 20 ms behind levels of 1.5 and 0.75 V, at the least of which the output rests now and then.
+  constexpr std::array kLevels{-1.5, -0.75, 0.75, 1.5};
+  for (std::uint32_t seed = 1; seed <= 60; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 0.05);
+    std::uniform_int_distribution<int> level(0, 3);
+    Rod made;
+    double x = 0.0;
+    double y = 0.0;
+    double volts = 0.0;
+    for (std::size_t k = 0; k < 2000; ++k) {
+      if (k % 12 == 0) volts = kLevels[static_cast<std::size_t>(level(random))];
+      // One long rest at the least level.
+      const double held = k >= 1038 && k < 1110 ? kLevels[0] : volts;
+      made.input.push_back(held);
+      made.output.push_back(30.0 + y + noise(random));
+      x += (1.0 - std::exp(-0.01 / 0.02)) * (5.0 * held - x);
+      y += (1.0 - std::exp(-0.01 / 0.08)) * (x - y);
+    }
+    const OutputFindings found = findings_on_output(made.input, made.output, {}, 0.0, 0.01);
+    for (const std::string& remark : found.remarks) {
+      EXPECT_EQ(remark.find("end stop"), std::string::npos) << seed << ": " << remark;
     }
   }
 }

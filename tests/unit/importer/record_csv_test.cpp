@@ -169,6 +169,15 @@ TEST(InputCsv, TakesTheLastColumnAndLooksAtNoOther) {
   EXPECT_EQ(series.channel.unit, "1");
 }
 
+TEST(InputCsv, OfTimesInMinutesAreEvenInSeconds) {
+  const TemporaryFolder folder;
+  std::string text = "time [min];heater [%]\n";
+  for (int k = 0; k < 60; ++k) text += fmt::format("{:.4f};{}\n", 5.0 * k / 60.0, k % 7);
+  const InputSeries series = import_input(folder.write("oven.csv", text), {}, "%").series;
+  ASSERT_EQ(series.time_s.size(), 60U);
+  for (std::size_t k = 0; k < 60; ++k) EXPECT_EQ(series.time_s[k], 5.0 * static_cast<double>(k));
+}
+
 TEST(InputCsv, OfAForeignNameReadsBackWhenItIsWritten) {
   const TemporaryFolder folder;
   for (const char* name : {"voltage_", "_voltage", "valve  ", "Weg\\_"}) {
