@@ -111,8 +111,7 @@ std::string formula(const Model& model) {
 
 /// Writes the usable band of the model, and whether it includes the resonance.
 std::string usable_band_text(const Model& model) {
-  if (!model.verdict->usable_band)
-    return "No usable band: the record determines the response at none of the excited frequencies.";
+  if (!model.verdict->usable_band) return "No usable band: " + ident::no_band_text(*model.verdict) + ".";
   const ident::FrequencyInterval& band = *model.verdict->usable_band;
   std::string text = (band.lowest_Hz < band.highest_Hz ? "Usable from " : "Usable at ") + ident::frequencies_text(band);
   const auto peak_Hz = ident::resonance_Hz(model, band);

@@ -88,11 +88,8 @@ const ident::FrequencyInterval* band_of(const Model& model) {
 
 std::string band_text(const Model& model) {
   const ident::FrequencyInterval* band = band_of(model);
-  // A longer record of an input that moves once tells no more.
-  const bool rests = model.verdict && model.verdict->judging_part_rests;
   return band ? ident::frequencies_text(*band, " .. ")
-              : fmt::format("none: the record determines the response at none of the excited frequencies; {}",
-                            rests ? "play an input that moves more often" : "record longer");
+              : "none: " + ident::no_band_text(model.verdict.value_or(ident::Verdict{}));
 }
 
 std::string grade_text(const Model& model) {

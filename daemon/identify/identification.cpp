@@ -19,6 +19,7 @@
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/moving_start.hpp"
+#include "daemon/identify/standing_output.hpp"
 #include "daemon/identify/structure_trial.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/identify/trend.hpp"
@@ -443,6 +444,11 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.remarks.push_back(piece->sentence);
     named.piece = piece->piece;
   }
+  const auto standing = named.judging_part_rests ? standing_output(task.record) : std::nullopt;
+  if (standing) {
+    named.remarks.push_back(standing->sentence);
+    named.piece = standing->piece;
+  }
   constexpr double kPartThatSays = 0.25;  // of what a run was to record, whose excitation is made for the whole
   const auto whole_s = planned_s(source);
   const double recorded_s = static_cast<double>(source.record.output.size()) * source.record.step_s;
@@ -478,6 +484,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   if (!wrong) try_other_structures(judged, identification);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
+  if (standing) identification.warnings.push_back(standing->sentence);
   if (straight) identification.warnings.push_back(straight->sentence);
   if (!later.empty()) identification.warnings.push_back(later);
   identification.frequency_response = std::move(frequency_response);

@@ -167,6 +167,18 @@ std::optional<RecommendedBeside> recommended_beside(const Subject& subject, cons
       found->file};
 }
 
+/// The model that the verdict of a named one calls clearly better; empty where it calls none so.
+std::string better_than(const Subject& subject, const std::string& name) {
+  for (const ReportedModel& reported : subject.models) {
+    if (reported.model.name != name || !reported.model.verdict) continue;
+    for (const ident::Criterion& criterion : reported.model.verdict->criteria) {
+      if (criterion.kind == ident::CriterionKind::above_recommended && has_failed(criterion))
+        return criterion.parameter;
+    }
+  }
+  return {};
+}
+
 /// " of m_hair_dryer": the folder, or the run, that a model file is in.
 std::string folder_text(const fs::path& model_file) {
   std::error_code ignored;
@@ -331,6 +343,13 @@ Subject load_models(const std::vector<fs::path>& files) {
     subject.reason = chosen.reason;
   } else {
     chosen.model.clear();  // of one model none is recommended
+  }
+  if (const std::string better = better_than(subject, chosen.model); !better.empty()) {
+    subject.reason = fmt::format(
+        "its own verdict says that {} describes the record clearly better, and the file of that model is not among "
+        "these, or another fit has replaced it; fit the record again",
+        better);
+    chosen.model.clear();
   }
   sort_models(subject, chosen);
   // Two that were named are to be seen beside each other.

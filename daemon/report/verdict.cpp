@@ -113,8 +113,7 @@ std::string recorded_sentence(const Subject& subject) {
 std::string band_sentence(const ReportedModel& reported) {
   const auto band = reported.usable_band();
   if (!band) {
-    return "Usable band: none. The record determines the response at none of the excited frequencies: record longer, "
-           "or with more tones.";
+    return "Usable band: none, as " + ident::no_band_text(reported.model.verdict.value_or(ident::Verdict{})) + ".";
   }
   const std::string text =
       (band->lowest_Hz < band->highest_Hz ? "Usable from " : "Usable at ") + ident::frequencies_text(*band);

@@ -66,7 +66,10 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
       return {FirstStep::cut, told(*model, kWithoutFrozen)};
     }
   }
-  if (const auto stop = end_stop_of(models, recommended)) return {FirstStep::cut, cut_options(*stop)};
+  if (const auto stop = end_stop_of(models, recommended)) {
+    const std::string cut = cut_options(*stop);
+    return {cut.empty() && !stop->does_not_answer ? FirstStep::smaller_amplitude : FirstStep::cut, cut};
+  }
   for (const Model* model : counted) {
     const std::string cut = told(*model, kWithoutGaps);
     if (fails(*model, {Kind::interpolated, Kind::unmeasured}) && !cut.empty()) return {FirstStep::cut, cut};

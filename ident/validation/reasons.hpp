@@ -41,7 +41,7 @@ class Reasons {
   [[nodiscard]] bool is_explained(CriterionKind kind) const;
   /// Whether a part of the record that is none of the plant is named, which what is left over then shows.
   [[nodiscard]] bool is_cut_advised() const;
-  /// "cut with --from 3 --to 8", the longest part that does not stand at an end.
+  /// "cut with --from 3 --to 8", the part that does not stand at an end and moves most.
   [[nodiscard]] std::string cut_of_record() const;
   /// What to do where rows were not measured. @param of_file  what helps in a file, but for recording again
   [[nodiscard]] std::string against_lost_rows(std::string_view of_file) const;

@@ -10,6 +10,7 @@
 
 #include "core/time_text.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/signal/most_moving_part.hpp"
 #include "ident/signal/value_step.hpp"
 #include "ident/statistics/robust.hpp"
 #include "ident/validation/unanswered.hpp"
@@ -108,18 +109,17 @@ class Search {
     const auto other =
         std::find_if(stays.begin(), stays.end(), [&](const Stay& s) { return s.side * first.side < 0.0; });
     if (other != stays.end()) stop.other = {level(*other), time(other->first)};
-    // The longest stretch without a stay, and without the way to it where nothing answers any more.
-    const auto end_before = [&](const Stay& stay) { return is_silent ? answered_before(stay) : stay.first; };
-    Index begin = 0;
-    Index longest = end_before(first);
-    stop.clean_to_s = time(std::max<Index>(0, longest - 1));
-    for (std::size_t i = 0; i < stays.size(); ++i) {
-      begin = stays[i].last + 1;
-      const Index end = i + 1 < stays.size() ? end_before(stays[i + 1]) : rows_.measured.size();
-      if (end - begin <= longest) continue;
-      longest = end - begin;
-      stop.clean_from_s = time(begin);
-      stop.clean_to_s = i + 1 < stays.size() ? std::optional(time(end - 1)) : std::nullopt;
+    // Without a stay, and without the way to it where nothing answers any more.
+    std::vector<std::pair<std::size_t, std::size_t>> left_out;
+    for (const Stay& stay : stays) {
+      const Index from = is_silent ? answered_before(stay) : stay.first;
+      left_out.emplace_back(static_cast<std::size_t>(from), static_cast<std::size_t>(stay.last));
+    }
+    const Eigen::VectorXd& y = rows_.measured;
+    if (const auto part = most_moving_part({y.data(), static_cast<std::size_t>(y.size())}, left_out)) {
+      const auto [begin, end] = *part;
+      if (begin > 0) stop.clean_from_s = time(static_cast<Index>(begin));
+      if (end < static_cast<std::size_t>(y.size())) stop.clean_to_s = time(static_cast<Index>(end) - 1);
     }
     return stop;
   }

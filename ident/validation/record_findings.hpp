@@ -25,7 +25,8 @@ struct ComparedRows {
 /// Cost O(N log N).
 [[nodiscard]] std::optional<EndStop> end_stop(const ComparedRows& rows);
 
-/// The options that keep the longest stretch without a stay, "--from 12.5 --to 84.9"; empty: the whole record is one.
+/// The options that keep the stretch without a stay in which the output moves most, "--from 12.5 --to 84.9"; empty: it
+/// moves in none.
 [[nodiscard]] std::string cut_options(const EndStop& stop);
 
 /// Finds the greatest sudden lasting change of the error (measured less simulated): more than eight times the usual

@@ -141,7 +141,7 @@ std::string silence_text(const EndStop& silence, const std::string& unit, const 
                                : fmt::format("from {} s on", time_text(silence.from_s));
   return fmt::format(
       "The output does not answer {}: it stands at {} while the input goes on; in all that is {:.3g} % of the samples. "
-      "A pump or supply that is off, a closed valve or a signal that is lost does that; cut with {}.",
+      "A pump or supply that is off, a closed valve or a signal that is lost does that; {}.",
       when, level_text(silence.level, unit), silence.percent, cut);
 }
 
@@ -155,7 +155,8 @@ std::vector<std::string> causes_in_record(const Model& model) {
   const bool is_given = of_record != model.provenance.end();
   if (const auto& stop = model.validation->end_stop) {
     const std::string where = fmt::format("at {} from {} s on", level_text(stop->level, unit), time_text(stop->from_s));
-    const std::string cut = is_given ? of_record->second : cut_options(*stop);
+    const std::string options = is_given ? of_record->second : cut_options(*stop);
+    const std::string cut = options.empty() ? "no part without moves, so record again" : "cut with " + options;
     if (stop->does_not_answer) {
       found.push_back(silence_text(*stop, unit, cut));
       return found;
@@ -165,12 +166,12 @@ std::vector<std::string> causes_in_record(const Model& model) {
                                                level_text(stop->other->level, unit), time_text(stop->other->from_s))
                                  : where + ",";
     found.push_back(fmt::format(
-        "The output stands at {} {}, {} {:.3g} % of the samples, and no model follows it there; cut with {}, or record "
-        "nearer to the middle of the range.",
+        "The output stands at {} {}, {} {:.3g} % of the samples, and no model follows it there; {}{} nearer to the "
+        "middle of the range.",
         stop->other ? "two ends" : "an end",
         stop->other ? "(a rod on its end stops, or the sensor at its ends)"
                     : "(a rod on its end stop, or the sensor at its end)",
-        both, stop->percent, cut));
+        both, stop->percent, cut, options.empty() ? "," : ", or record"));
   }
   if (const auto& noise = model.validation->input_noise) {
     found.push_back(fmt::format(

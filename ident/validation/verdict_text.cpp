@@ -118,6 +118,12 @@ std::string Reasons::failed(const Criterion& c) const {
               "cut with --from and --to to a part that lacks fewer, keep every nth row where the sensor is read so "
               "seldom"));
     case Kind::record_length:
+      if (verdict_.judging_part_rests) {
+        return fmt::format(
+            "Nearly all of the record stands still: the output is on its way for {:.3g} s of it and has few values, "
+            "which any model follows, with any gain; record motion for {:.3g} s or more, up and down.",
+            c.value, c.limit);
+      }
       return fmt::format(
           "Too short to judge: {:.3g} s, record at least {:.3g} s; other models follow such a piece of the input's "
           "motion as well, with another gain.",

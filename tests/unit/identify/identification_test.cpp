@@ -15,6 +15,7 @@
 #include "daemon/identify/judging.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
+#include "ident/model/band_text.hpp"
 #include "ident/validation/verdict.hpp"
 #include "tests/unit/ident/validation/good_model.hpp"
 #include "tests/unit/identify/fitted_model.hpp"
@@ -167,7 +168,30 @@ TEST(Identify, EstimatesOnAWholeStepTestWhoseSecondHalfRests) {
                                                    0),
               0U)
         << model.verdict->reasons.front();
+    // A step has no band, and yet determines the gain.
+    EXPECT_FALSE(model.verdict->usable_band);
+    const std::string none = ident::no_band_text(*model.verdict);
+    EXPECT_EQ(none.find("none of the excited frequencies"), std::string::npos) << none;
+    EXPECT_NE(none.find("gain at rest and time constants hold by their intervals"), std::string::npos) << none;
   }
+}
+
+TEST(Identify, AcceptsNoModelOfARecordThatStandsStillButForAMoment) {
+  Source source = lag_source();
+  for (Eigen::Index k = 0; k < 600; ++k) {
+    source.record.input[k] = k < 60 ? 0.13 : 0.0;
+    source.record.output[k] = k < 60 ? 0.0 : k < 62 ? 0.025 : k < 65 ? 0.05 : 0.075;
+  }
+  const Identification found = identify(source, task_of(source), {}, {});
+  EXPECT_EQ(found.recommendation.model, "");
+  for (const IdentifiedModel& one : found.models) {
+    ASSERT_TRUE(one.result.model.verdict);
+    EXPECT_FALSE(one.result.model.verdict->accepted) << one.result.model.name;
+  }
+  const bool is_said = std::any_of(found.warnings.begin(), found.warnings.end(), [](const std::string& warning) {
+    return warning.find("any model follows that, with any gain") != std::string::npos;
+  });
+  EXPECT_TRUE(is_said);
 }
 
 TEST(Identify, JudgesAStepByItsSecondHalfWhereTheOutputGoesOn) {

@@ -9,9 +9,11 @@
 #include <optional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/signal/most_moving_part.hpp"
 #include "ident/validation/verdict.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
@@ -60,6 +62,28 @@ TEST(EndStopTest, IsFoundWithItsPlaceAndTimeDespiteNoise) {
     EXPECT_GT(report.end_stop->percent, 1.0) << seed;
     EXPECT_FALSE(report.jump) << seed;
   }
+}
+
+TEST(EndStopTest, IsCutToThePartThatMovesAndNotToALongRest) {
+  // On its stop after a while, back from it, and at rest below it for the second half.
+  Record record = rod(5.0, 0.18, 1);
+  const Eigen::Index rest = kFindingRows / 2;
+  std::mt19937_64 draw(2);
+  for (Eigen::Index k = rest - 200; k < kFindingRows; ++k) {
+    record.input[k] = k < rest ? -1.0 : 0.0;
+    const double back = 0.15 * kFindingStep_s * static_cast<double>(std::min(k, rest) - (rest - 200));
+    record.output[k] = record.output[rest - 201] - back + kFindingNoise * normal(draw);
+  }
+  const std::vector<std::pair<std::size_t, std::size_t>> stays{{700, 800}, {900, 1049}};
+  const auto part = most_moving_part({record.output.data(), static_cast<std::size_t>(kFindingRows)}, stays);
+  ASSERT_TRUE(part);
+  EXPECT_LT(part->first, 1000U) << "the rest is the longest part";
+  EXPECT_EQ(part->second, 700U);
+  // Where the output moves in no part, none is named.
+  Eigen::VectorXd still = Eigen::VectorXd::Zero(kFindingRows);
+  still.head(50).setOnes();
+  EXPECT_FALSE(most_moving_part({still.data(), static_cast<std::size_t>(kFindingRows)}, {{40, 60}}));
+  EXPECT_EQ(cut_options(EndStop{}), "");
 }
 
 TEST(EndStopTest, TellsTwoStopsFromOne) {
