@@ -154,7 +154,9 @@ TEST_F(Characterise, NoLongerCountsAsMeasuredAfterACalibrationOfAnotherScale) {
   const Ended far = refused("3in=3.5", "5.4in=6", "far.toml");
   ASSERT_EQ(far.code, 0) << far.err;
   EXPECT_NE(far.err.find("no longer counts as measured"), std::string::npos) << far.err;
-  EXPECT_NE(far.err.find("eha characterise --without-following -o rig-bare.toml --local --fast --rig far.toml`"), std::string::npos) << far.err;
+  EXPECT_NE(far.err.find("eha characterise --without-following -o rig-bare.toml --local --fast --rig far.toml`"),
+            std::string::npos)
+      << far.err;
 }
 
 /// The limits of the run's own file may be old.

@@ -74,7 +74,7 @@ TEST(EndStopTest, IsCutToThePartThatMovesAndNotToALongRest) {
     const double back = 0.15 * kFindingStep_s * static_cast<double>(std::min(k, rest) - (rest - 200));
     record.output[k] = record.output[rest - 201] - back + kFindingNoise * normal(draw);
   }
-  const std::vector<std::pair<std::size_t, std::size_t>> stays{{700, 800}, {900, 1049}};
+  const std::vector<std::pair<std::size_t, std::size_t>> stays{{700, 800}, {900, static_cast<std::size_t>(rest)}};
   const auto part = most_moving_part({record.output.data(), static_cast<std::size_t>(kFindingRows)}, stays);
   ASSERT_TRUE(part);
   EXPECT_LT(part->first, 1000U) << "the rest is the longest part";
