@@ -460,9 +460,10 @@ void add_calibrate(CLI::App& app, ParsedLine& line) {
   sub->add_option("--tolerance", calibrate.tolerance,
                   "With a residual beyond it nothing is written, such as 0.5mm (default 0.508mm, 0.02in)")
       ->type_name("LENGTH");
-  sub->add_flag("--sensor-moved", calibrate.sensor_moved,
-                "The sensor was exchanged or moved: places may shift by more than 0.1 in although [following] was "
-                "measured by the old calibration");
+  sub->add_flag(
+      "--sensor-moved", calibrate.sensor_moved,
+      "The sensor was exchanged or moved: places may shift by more than 2.54 mm (0.1 in) although [following] was "
+      "measured by the old calibration");
   sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
       ->type_name("FILE");
 }
