@@ -9,13 +9,13 @@
 #include <optional>
 #include <string>
 
-#include "core/crc32c.hpp"
+#include "core/journal_block.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::config {
 namespace {
 
-std::uint32_t sum_of(const std::string& text) { return Crc32c().add(text.data(), text.size()).value(); }
+std::uint32_t sum_of(const std::string& text) { return journal::Crc32c().add(text.data(), text.size()).value(); }
 
 }  // namespace
 

@@ -2,13 +2,12 @@
 #pragma once
 
 #include <array>
+#include <boost/crc.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <string>
 #include <string_view>
-
-#include "core/crc32c.hpp"
 
 // The blocks of a journal (raw.ehalog), for the program that writes one and the guard that completes it;
 // daemon/record/journal.hpp describes the file.
@@ -19,6 +18,19 @@ inline constexpr std::string_view kBlockTag = "EHAB";
 inline constexpr std::string_view kEndTag = "EHAE";
 inline constexpr std::size_t kBlockHeaderSize = 16;
 inline constexpr std::uint32_t kMostRecordsPerBlock = 1u << 14;  ///< a block is 0.1 s or less: 1000 records at 0.1 ms
+
+/// CRC-32C (Castagnoli), as in iSCSI, RFC 3720.
+class Crc32c {
+ public:
+  Crc32c& add(const void* data, std::size_t size) {
+    crc_.process_bytes(data, size);
+    return *this;
+  }
+  [[nodiscard]] std::uint32_t value() const { return static_cast<std::uint32_t>(crc_.checksum()); }
+
+ private:
+  boost::crc_optimal<32, 0x1EDC6F41, 0xFFFFFFFF, 0xFFFFFFFF, true, true> crc_;
+};
 
 inline void append_u32(std::string& text, std::uint32_t value) {
   std::array<char, sizeof value> bytes;

@@ -93,7 +93,7 @@ class Journal {
     if (tag != journal::kBlockTag && tag != journal::kEndTag) return false;
     std::string payload(tag == journal::kEndTag ? count : count * GuardPage::kRowSize, '\0');
     if (!read(end_.bytes + head.size(), payload.data(), payload.size())) return false;
-    const std::uint32_t crc = Crc32c().add(head.data() + 4, 8).add(payload.data(), payload.size()).value();
+    const std::uint32_t crc = journal::Crc32c().add(head.data() + 4, 8).add(payload.data(), payload.size()).value();
     if (crc != journal::u32_at(head.data() + 12)) return false;
     is_ended_ = tag == journal::kEndTag;
     if (is_ended_) return false;

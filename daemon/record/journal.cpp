@@ -27,6 +27,7 @@ using acquisition::State;
 using acquisition::TickRecord;
 using journal::append_block;
 using journal::append_u32;
+using journal::Crc32c;
 using journal::kBlockTag;
 using journal::kEndTag;
 using journal::kMostRecordsPerBlock;
