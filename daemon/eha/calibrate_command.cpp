@@ -384,11 +384,13 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "the sensor was really turned round, change the sign of its scale there first",
         rig.file_name));
   }
-  // What is said below is for the new file, once it is in force.
   const bool is_of_service = of_service && fs::equivalent(rig.file_name, *of_service, ignored);
-  console.set_rig(is_of_service                     ? access_of(DriveOptions{.socket = socket})
-                  : hal::moves_machine(rig.backend) ? access_of(DriveOptions{.rig_file = path.string(), .local = true})
-                                                    : simulated_access(path.string()));
+  const auto set_rig = [&](const std::string& file) {
+    console.set_rig(is_of_service                     ? access_of(DriveOptions{.socket = socket})
+                    : hal::moves_machine(rig.backend) ? access_of(DriveOptions{.rig_file = file, .local = true})
+                                                      : simulated_access(file));
+  };
+  set_rig(rig.file_name);
   const std::string shift = shift_text(rig, found, unit);
   if (!shift.empty() && config::is_as_measured(rig) && !command.sensor_moved) {
     throw DataError(fmt::format(
@@ -398,6 +400,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   }
   const std::string text = calibrated_rig_text(rig, found, date);
   write_new(path, text);
+  set_rig(path.string());  // what is said below is for the new file, once it is in force
   if (config::is_as_measured(rig) && !config::is_as_measured(config::parse_rig(text, path.string()))) {
     console.warning(
         "the scale differs so much from that in the rig file that [following] no longer counts as measured, and the "

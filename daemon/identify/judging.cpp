@@ -147,7 +147,7 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
            ident::FitResult& result) {
   ident::Model& model = result.model;
   note_record(task, model);
-  if (task.piece && task.piece->is_of_ended_run && model.validation) {
+  if (task.piece && task.piece->is_too_little && model.validation) {
     // A sensor that slips ends a run at once; what a wrong model leaves over of the short piece jumps as well.
     model.validation->jump.reset();
   } else {

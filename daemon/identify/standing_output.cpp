@@ -35,7 +35,7 @@ std::optional<StandingOutput> standing_output(const ident::Record& record) {
       fmt::format("the output stands at {:.6g} or {:.6g}{} for all but {:.3g} s of the record, with {} values in all: "
                   "any model follows that, with any gain; record several motions of many steps of the sensor",
                   least, greatest, ident::after_number(record.output_channel.unit), moving_s, values.size()),
-      {.length_s = moving_s, .enough_s = enough_s, .is_of_ended_run = true}};
+      {.length_s = moving_s, .enough_s = enough_s, .is_too_little = true}};
 }
 
 }  // namespace eha::identify

@@ -90,10 +90,12 @@ std::string utc_text(std::string text) {
 
 namespace {
 
-/// Text outside of commands: sentences are written for a terminal, with "+-".
+/// Text outside of commands: sentences are written for a terminal, with "+-", which begins a word; in names it stays.
 std::string prose(std::string_view text) {
   std::string html = escaped(text);
-  for (std::size_t at = html.find("+-"); at != std::string::npos; at = html.find("+-", at)) html.replace(at, 2, "±");
+  for (std::size_t at = html.find("+-"); at != std::string::npos; at = html.find("+-", at + 2)) {
+    if (at == 0 || html[at - 1] == ' ' || html[at - 1] == '(') html.replace(at, 2, "±");
+  }
   return html;
 }
 

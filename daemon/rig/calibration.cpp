@@ -239,15 +239,23 @@ std::string doubt_about(std::span<const CalibrationPoint> points, const Calibrat
       is_told ? "" : "; of three readings each of the other two may be the wrong one, a fourth one shows which");
 }
 
-PlaceShift greatest_shift(const config::RigConfig& rig, const Calibration& calibration) {
-  const hal::Conversion before = hal::conversion_of(rig.backend);
+PlaceShift greatest_shift(const config::RigLimits& limits, const hal::Conversion& before,
+                          const hal::Conversion& after) {
   PlaceShift greatest;
-  for (const double place_in : {rig.limits.travel_min_in, rig.limits.travel_max_in}) {
+  for (const double place_in : {limits.travel_min_in, limits.travel_max_in}) {
     const double voltage_V = (place_in - before.offset_in) / before.scale_in_per_V;
-    const double by_in = calibration.offset_in + calibration.scale_in_per_V * voltage_V - place_in;
+    const double by_in = after.offset_in + after.scale_in_per_V * voltage_V - place_in;
     if (std::abs(by_in) > std::abs(greatest.by_in) + 1e-6) greatest = {place_in, by_in};
   }
   return greatest;
+}
+
+PlaceShift greatest_shift(const config::RigConfig& rig, const Calibration& calibration) {
+  const hal::Conversion before = hal::conversion_of(rig.backend);
+  hal::Conversion after = before;
+  after.scale_in_per_V = calibration.scale_in_per_V;
+  after.offset_in = calibration.offset_in;
+  return greatest_shift(rig.limits, before, after);
 }
 
 std::string shift_text(const config::RigConfig& rig, const Calibration& calibration, const DisplayUnit& unit) {

@@ -9,6 +9,7 @@
 
 #include "config/rig_config.hpp"
 #include "core/display_unit.hpp"
+#include "hal/conversion.hpp"
 
 namespace eha {
 
@@ -61,11 +62,14 @@ struct LonePoint {
 [[nodiscard]] std::string doubt_about(std::span<const CalibrationPoint> points, const Calibration& found,
                                       const DisplayUnit& unit = DisplayUnit("in"));
 
-/// How far a calibration moves a place of the travel against that of a rig file, where it moves it farthest.
+/// How far a calibration moves a place of the travel against the one before, where it moves it farthest.
 struct PlaceShift {
-  double at_in = 0.0;  ///< by the file
-  double by_in = 0.0;
+  double at_in = 0.0;  ///< by the calibration before [in]
+  double by_in = 0.0;  ///< towards greater displacements where positive [in]
 };
+[[nodiscard]] PlaceShift greatest_shift(const config::RigLimits& limits, const hal::Conversion& before,
+                                        const hal::Conversion& after);
+/// The same against the calibration of a rig file.
 [[nodiscard]] PlaceShift greatest_shift(const config::RigConfig& rig, const Calibration& calibration);
 
 /// Says that a calibration puts the rod of a voltage more than 0.1 in away from where the rig file's has it, somewhere

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "daemon/rig/motion_at_rest.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -35,16 +35,6 @@ constexpr Limit kLimits[] = {{"travel_min", &config::RigLimits::travel_min_in, S
 /// The same length in a file in inches and in one in millimetres.
 constexpr double kSame = 1e-9;
 
-/// Returns by how far a place of the travel in force lies elsewhere by another file's calibration [in]; the farthest.
-double calibration_moves_in(const config::RigConfig& in_force, const config::RigConfig& edited) {
-  const hal::Conversion now = hal::conversion_of(in_force.backend);
-  const hal::Conversion then = hal::conversion_of(edited.backend);
-  const auto moved_in = [&](double place_in) {
-    return then.offset_in + then.scale_in_per_V * (place_in - now.offset_in) / now.scale_in_per_V - place_in;
-  };
-  return std::max(std::abs(moved_in(in_force.limits.travel_min_in)), std::abs(moved_in(in_force.limits.travel_max_in)));
-}
-
 }  // namespace
 
 std::vector<std::string> narrower_limits(const config::RigConfig& in_force, const config::RigConfig& edited) {
@@ -59,7 +49,8 @@ std::vector<std::string> narrower_limits(const config::RigConfig& in_force, cons
     narrower.push_back(
         fmt::format("{} {:.6g} {} ({:.6g} {} in force)", limit.name, factor * then, shown, factor * now, shown));
   }
-  const double moved_in = calibration_moves_in(in_force, edited);
+  const double moved_in = std::abs(
+      greatest_shift(in_force.limits, hal::conversion_of(in_force.backend), hal::conversion_of(edited.backend)).by_in);
   if (moved_in > kSamePlace_in) {
     narrower.push_back(fmt::format("a calibration by which the rod stands up to {:.3g} {} elsewhere",
                                    unit.factor("in") * moved_in, unit.of("in")));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
@@ -19,10 +20,11 @@ namespace eha::track {
 /// limit. Real-time safe; cost: some thirty operations. Not thread-safe.
 class ReckonedPlace {
  public:
-  /// @param limits  without [following] nothing is reckoned
+  /// @param limits    without [following] nothing is reckoned
+  /// @param period_s  time between two calls of note() [s]
   ReckonedPlace(const config::RigLimits& limits, double period_s);
 
-  /// Once a tick. @param applied_V  the voltage held since the reading before
+  /// Once a tick. @param displacement_in  finite [in]   @param applied_V  the voltage held since the reading before [V]
   void note(double displacement_in, double applied_V) noexcept;
 
   /// Stays once there is one: how much farther the rod may be than it shows, signed, and the travel limit [in].

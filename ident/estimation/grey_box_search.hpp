@@ -13,14 +13,15 @@
 
 namespace eha::ident {
 
-/// What is estimated of a model, as coordinates.
+/// What is estimated of a model: a parameter in its own unit, or the natural logarithm of a positive one.
 struct GreyBoxCoordinate {
   ParameterKey key;
   bool is_logarithm = false;
 };
 
-/// Output error of a grey box on the rows that estimate, and its least squares from a start. The record and what is
-/// asked must outlive it. Thread-safe.
+/// Output error of a grey box on the N rows that estimate, and its least squares from a start (Levenberg-Marquardt,
+/// Eigen's port of MINPACK), over P coordinates. Residuals are in the output's unit. The record and what is asked must
+/// outlive it. Thread-safe. A residual costs one simulation of the record, O(rows).
 class GreyBoxSearch {
  public:
   GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked);
@@ -34,24 +35,27 @@ class GreyBoxSearch {
   /// A model of the kind with the states and the dead time that the search moves.
   [[nodiscard]] Model begun_at(Model model) const;
 
-  /// Model less measured at the estimating rows; far off where it is not finite.
+  /// Model less measured at the estimating rows (N); far off where it is not finite.
   [[nodiscard]] Eigen::VectorXd residual(const Model& model) const;
 
+  /// The coordinates of a model (P).
   [[nodiscard]] Eigen::VectorXd place(const Model& model) const;
+  /// Gives a model the values of coordinates (P).
   void move_to(Model& model, const Eigen::VectorXd& theta) const;
 
-  /// Derivatives of the residual by the coordinates, by forward differences: of half the simulations, and good enough
+  /// Derivatives of the residual by the coordinates (N x P), by forward differences: P simulations, and good enough
   /// for a search from afar. @param at  the residual at theta
   [[nodiscard]] Eigen::MatrixXd rough_derivatives(const Model& model, const Eigen::VectorXd& theta,
                                                   const Eigen::VectorXd& at) const;
 
-  /// Derivatives of the simulated output by what is estimated: by central differences.
+  /// Derivatives of the simulated output by what is estimated (N x P), by central differences: 2 P simulations.
+  /// @param by_coordinate  of logarithms where the search has them; else of the parameters themselves
   [[nodiscard]] Eigen::MatrixXd derivatives(const Model& model, bool by_coordinate) const;
 
   /// Least squares from a start. The cost is infinite if it ends at a model that is not finite.
   struct End {
     Model model;
-    double cost = std::numeric_limits<double>::infinity();
+    double cost = std::numeric_limits<double>::infinity();  ///< sum of squared residuals
     bool converged = false;
     bool is_hopeless = false;  ///< it will not come below the cost that is wanted
     std::size_t evaluations = 0;

@@ -11,6 +11,7 @@ namespace eha::ident {
 
 /// The part between stretches of a signal in which it moves most: the greatest sum of squares about the part's mean. A
 /// long part at rest tells nothing of a plant.
+/// @param signal   one value a row, finite, of any unit
 /// @param without  first and last rows, in ascending order of the first
 /// @returns first row and the row behind the last; none where no part has a tenth of the signal's standard deviation.
 /// Cost O(N).

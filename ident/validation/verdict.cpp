@@ -221,10 +221,10 @@ void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgemen
 
 /// Many models follow a piece of a motion, and there is nothing to tell them apart by where no test can judge.
 void judge_length(const Model& model, const RecordFacts& facts, Judgement& judgement) {
-  if (!facts.piece || (!model.validation && !facts.piece->is_of_ended_run)) return;
+  if (!facts.piece || (!model.validation && !facts.piece->is_too_little)) return;
   const bool is_judged = !model.validation || model.validation->input_noise || !judgement.lacks(Kind::residual_input) ||
                          !judgement.lacks(Kind::predicted_error);
-  if (is_judged && !facts.piece->is_of_ended_run) return;
+  if (is_judged && !facts.piece->is_too_little) return;
   judgement.criterion(Kind::record_length, facts.piece->length_s, facts.piece->enough_s, false);
 }
 

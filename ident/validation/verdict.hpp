@@ -59,7 +59,7 @@ struct RecordFacts {
   struct Piece {
     double length_s = 0.0;
     double enough_s = 0.0;
-    bool is_of_ended_run = false;  ///< a small part of what was to be recorded, whatever the tests can judge
+    bool is_too_little = false;  ///< whatever the tests can judge: a small part of a run, or a record that stands still
   };
   std::optional<Piece> piece = {};
   bool holds_both_parts = false;    ///< one part of it estimated the model, the other one validates it
