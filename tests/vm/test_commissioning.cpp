@@ -98,7 +98,8 @@ TEST(Commissioning, CalibratesTheSensor) {
   const Board board("pci1716_card", "rod=1 ai_noise=1 ai_slope_percent=90");
   const std::string rig = patient_pci1716_rig();
   const std::string calibrated = rig + ".local.toml";
-  Process process({"eha", "calibrate", "--local", "--rig", rig, "-o", calibrated}, {.is_typed_into = true});
+  Process process({"eha", "calibrate", "--local", "--rig", rig, "-o", calibrated, "--sensor-moved"},
+                  {.is_typed_into = true});
   calibrate(board, process, [](double) { return true; });
   expect_calibrated(board, calibrated);
   EXPECT_TRUE(wire_is_safe());
@@ -110,7 +111,7 @@ TEST(Commissioning, CalibratesTheSensorThroughTheService) {
   const std::string calibrated = rig + ".service.toml";
   {
     const Service service(rig);
-    Process process = service.eha({"calibrate", "-o", calibrated}, {.is_typed_into = true});
+    Process process = service.eha({"calibrate", "-o", calibrated, "--sensor-moved"}, {.is_typed_into = true});
     // The service reads the sensor fifty times a second.
     calibrate(board, process, [&](double in) {
       Process read = service.eha({"read", "--json", "--quiet"});
