@@ -75,7 +75,9 @@ void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& m
   }
   std::vector<const report::ReportedModel*> drawn;
   for (const report::ReportedModel& model : labelled) drawn.push_back(&model);
-  const plot::Figure figure = report::bode_figure(drawn, nullptr, "Bode plots of the compared models");
+  std::string names;
+  for (const report::ReportedModel& model : labelled) names += (names.empty() ? "" : ", ") + model.model.name;
+  const plot::Figure figure = report::bode_figure(drawn, nullptr, "gain and phase: " + names);
   const std::string ending = path.extension().string();
   const plot::Format format = ending == ".png"   ? plot::Format::png
                               : ending == ".pdf" ? plot::Format::pdf

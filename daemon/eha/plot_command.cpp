@@ -104,6 +104,23 @@ plot::Format format_of(const fs::path& path) {
   return at->format;
 }
 
+/// "integrator_lag_valve (usable)".
+std::string name_and_grade(const ident::Model& model) {
+  return model.verdict ? fmt::format("{} ({})", model.name, ident::verdict_word(*model.verdict)) : model.name;
+}
+
+/// "20260101T120000Z-paper, simulated rig: integrator_lag_valve (usable), recommended, and its runner-up".
+/// @param names  of the drawn models, the first one recommended where there is a recommendation
+std::string title_of_fit(const std::string& of_what, const report::Subject& subject,
+                         const std::vector<std::string>& names) {
+  std::string title = of_what + ": ";
+  for (const report::ReportedModel& reported : subject.models) {
+    if (reported.model.name == names.front()) title += name_and_grade(reported.model);
+  }
+  if (subject.has_recommendation) title += names.size() > 1 ? ", recommended, and its runner-up" : ", recommended";
+  return title;
+}
+
 plot::Figure of_run(const std::string& folder, const Console& console) {
   if (record::is_run_folder(folder) && record::purpose_of(record::read_manifest(folder)) == record::Purpose::tracking) {
     const track::TrackResult result = track::played_track(record::OpenRun(folder));
@@ -124,8 +141,11 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
     if (subject.fit.find(reported->model.name) != nullptr) names.push_back(reported->model.name);
   }
   if (names.empty() && !subject.record) throw DataError(folder + ": nothing to plot; the run holds no record");
-  plot::Figure figure = names.empty() ? report::record_figure(*subject.record, subject.name)
-                                      : report::fit_figure(subject.fit, names, subject.split_s(), subject.name);
+  const auto& rig = subject.part("rig", "name");
+  const std::string title = subject.name + (rig.is_string() ? ", " + rig.get<std::string>() : std::string());
+  plot::Figure figure =
+      names.empty() ? report::record_figure(*subject.record, title)
+                    : report::fit_figure(subject.fit, names, subject.split_s(), title_of_fit(title, subject, names));
   if (names.empty()) {
     const ident::Record& record = *subject.record;
     const double last = static_cast<double>(record.output.size() - 1);
@@ -135,6 +155,7 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
   } else if (!subject.fit.time_s.empty()) {
     report::draw_limits(subject, {subject.fit.time_s.front(), subject.fit.time_s.back()}, subject.fit.measured,
                         subject.fit.output.unit, figure.panels.front());
+    report::name_left_out(subject, figure);
   }
   const auto trip_s = subject.trip_s();
   if (trip_s && !names.empty() && subject.record) report::add_rest(figure, subject.fit, *subject.record);
@@ -145,9 +166,10 @@ plot::Figure of_run(const std::string& folder, const Console& console) {
 plot::Figure of_model(const std::string& file, const DisplayUnit& unit) {
   const report::Subject subject = report::in_unit(report::load_models({file}), unit);
   const record::NumberTable* response = subject.response ? &*subject.response : nullptr;
-  const std::optional<ident::Verdict>& verdict = subject.models.front().model.verdict;
-  const std::string grade = verdict ? fmt::format(" ({})", ident::verdict_word(*verdict)) : std::string();
-  return report::bode_figure({&subject.models.front()}, response, subject.name + grade, &subject.fit);
+  const ident::Model& model = subject.models.front().model;
+  const std::string record = fs::path(record_of(model)).filename().string();
+  const std::string title = name_and_grade(model) + (record.empty() ? "" : ", fitted to " + record);
+  return report::bode_figure({&subject.models.front()}, response, title, &subject.fit);
 }
 
 /// Draws the step of a controller's trial.
@@ -194,9 +216,7 @@ std::optional<plot::Figure> of_judged_table(const std::string& file, const ident
       if (subject.fit.find(reported->model.name) != nullptr) names.push_back(reported->model.name);
     }
     if (names.empty() || !subject.has_recommendation) return std::nullopt;
-    const std::string title = fmt::format("{}: {}, recommended{}", title_of(file), names.front(),
-                                          names.size() > 1 ? ", and its runner-up" : "");
-    return report::fit_figure(subject.fit, names, subject.split_s(), title);
+    return report::fit_figure(subject.fit, names, subject.split_s(), title_of_fit(title_of(file), subject, names));
   } catch (const Error&) {
     return std::nullopt;  // a file beside the table that is no model: the table alone is drawn
   }
@@ -464,7 +484,8 @@ void add_plot(CLI::App& app, ParsedLine& line) {
   sub->footer(kPlotFooter);
   auto& plot = options_of<PlotCommand>(*sub, line);
   takes_run_name(
-      sub->add_option("source", plot.sources, "One run folder, CSV file, model file (JSON) or controller file"), line)
+      sub->add_option("source", plot.sources, "One run folder, CSV file, model file (JSON) or controller file"), line,
+      Newer::of_any_purpose)
       ->required()
       ->type_name("RUN|CSV|MODEL|CONTROLLER");
   add_import_options(*sub, line, plot.import, ImportedColumns::record);

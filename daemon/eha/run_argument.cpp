@@ -39,7 +39,7 @@ fs::path at_service(const fs::path& name, const fs::path& socket) {
 
 /// What to know of a link to the latest run beside which a newer one lies that tripped, was stopped or has no accepted
 /// model: the link names the last with one.
-std::string newer_than_latest(const fs::path& link) {
+std::string newer_than_latest(const fs::path& link, Newer newer) {
   std::error_code ignored;
   if (link.filename() != record::kLatestLink || !fs::is_symlink(link, ignored)) return {};
   const fs::path target = fs::read_symlink(link, ignored);
@@ -48,8 +48,8 @@ std::string newer_than_latest(const fs::path& link) {
     runs = record::list_runs(link.has_parent_path() ? link.parent_path() : fs::path("."));
     if (runs.empty()) return {};
     const record::Manifest newest = record::read_manifest(runs.back());
-    if (record::is_whole(record::outcome_text(newest)) && record::purpose_of(newest) != record::Purpose::models)
-      return {};
+    const bool is_of_models = record::purpose_of(newest) == record::Purpose::models;
+    if (newer == Newer::of_models && record::is_whole(record::outcome_text(newest)) && !is_of_models) return {};
   } catch (const Error&) {
     return {};  // a folder that the caller may not list
   }
@@ -70,10 +70,10 @@ fs::path run_folder_of_service(const fs::path& socket) {
   }
 }
 
-NamedRun run_named(const std::string& given, const fs::path& socket) {
+NamedRun run_named(const std::string& given, const fs::path& socket, Newer newer) {
   std::error_code ignored;
   fs::path name = fs::path(given).lexically_normal();
-  if (fs::exists(name, ignored) || name.is_absolute()) return {given, newer_than_latest(name)};
+  if (fs::exists(name, ignored) || name.is_absolute()) return {given, newer_than_latest(name, newer)};
   if (!name.empty() && *name.begin() == "runs") name = name.lexically_relative("runs");
   if (name.empty()) return {given};
   if (!may_be_run(name.begin()->string()) && !record::is_run_folder("runs" / *name.begin())) return {given};
@@ -81,19 +81,19 @@ NamedRun run_named(const std::string& given, const fs::path& socket) {
   if (fs::exists(here, ignored)) {
     // A link that each folder of runs has, so that the name alone says little.
     const fs::path there = *name.begin() == "latest" ? at_service(name, socket) : fs::path();
-    if (there.empty() || fs::equivalent(here, there, ignored)) return {here.string(), newer_than_latest(here)};
+    if (there.empty() || fs::equivalent(here, there, ignored)) return {here.string(), newer_than_latest(here, newer)};
     return {here.string(),
             fmt::format("{} is {}; the service has another one, {}", given, here.string(), there.string())};
   }
   const fs::path there = at_service(name, socket);
   if (there.empty()) return {given};
-  return {there.string(), newer_than_latest(there)};
+  return {there.string(), newer_than_latest(there, newer)};
 }
 
-CLI::Option* takes_run_name(CLI::Option* option, ParsedLine& line) {
+CLI::Option* takes_run_name(CLI::Option* option, ParsedLine& line, Newer newer) {
   return option->transform(CLI::Validator(
-      [&line](std::string& given) {
-        NamedRun run = run_named(given, control::default_socket());
+      [&line, newer](std::string& given) {
+        NamedRun run = run_named(given, control::default_socket(), newer);
         if (!run.note.empty()) line.notes.push_back(std::move(run.note));
         given = std::move(run.path);
         return std::string();

@@ -17,6 +17,8 @@ using Json = nlohmann::ordered_json;
 constexpr int kBarWidth = 13;
 /// A shorter way to the start is not mentioned.
 constexpr double kShown_s = 1.0;
+/// Of the rows; a valve sheet may lack no more.
+constexpr double kMostLost_percent = 1.0;
 
 double number_in(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -28,6 +30,10 @@ std::string clock_text(std::chrono::system_clock::time_point when) {
   std::tm local{};
   localtime_r(&seconds, &local);
   return fmt::format("{:02}:{:02}:{:02}", local.tm_hour, local.tm_min, local.tm_sec);
+}
+
+double lost_percent(std::uint64_t skipped, double step_s, double total_s) {
+  return total_s > 0.0 ? 100.0 * static_cast<double>(skipped) * step_s / total_s : 0.0;
 }
 
 }  // namespace
@@ -52,7 +58,8 @@ RunProgress progress_of(const acquisition::Snapshot& now, const config::RigConfi
           .velocity_percent = 100.0 * now.velocity_share,
           .latency_max_us = static_cast<double>(now.latency_max_ns) * 1e-3,
           .late = now.counters.late,
-          .skipped = now.counters.skipped};
+          .skipped = now.counters.skipped,
+          .lost_percent = lost_percent(now.counters.skipped, step_s, now.experiment_rows * step_s)};
 }
 
 RunProgress progress_of(const Json& status) {
@@ -70,6 +77,8 @@ RunProgress progress_of(const Json& status) {
                        .is_real_time = !run.value("fast", false),
                        .exploring_at_most_s = number_in(run, "exploring_at_most_s"),
                        .is_placing = run.value("only_places", false)};
+  if (const double ticks = number_in(run, "ticks") + static_cast<double>(progress.skipped); ticks > 0.0)
+    progress.lost_percent = lost_percent(progress.skipped, progress.elapsed_s / ticks, progress.total_s);
   if (const Json rod = status.value("rod", Json()); rod.is_object()) {
     progress.travel_min_in = number_in(rod, "travel_min_in");
     progress.travel_max_in = number_in(rod, "travel_max_in");
@@ -93,6 +102,7 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
   if (progress.velocity_percent > 100.0 * acquisition::kWarningShare) {
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
+  if (progress.lost_percent > kMostLost_percent) line += fmt::format("ROWS LOST: {:.2g} %  ", progress.lost_percent);
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
   if (progress.exploring_at_most_s > 0.0) {
     const double most_s = std::max(0.0, progress.exploring_at_most_s - progress.elapsed_s);

@@ -27,6 +27,7 @@ struct RunProgress {
   double latency_max_us = 0.0;
   std::uint64_t late = 0;     ///< ticks
   std::uint64_t skipped = 0;  ///< ticks
+  double lost_percent = 0.0;  ///< of all rows of the experiment: those of skipped ticks so far
   bool is_real_time = true;
   double exploring_at_most_s = 0.0;      ///< of a rod without [following], before the first row; 0: it is not explored
   bool is_placing = false;               ///< ends when the rod is in its place; total_s is then the longest duration
@@ -39,7 +40,8 @@ struct RunProgress {
 [[nodiscard]] RunProgress progress_of(const nlohmann::ordered_json& status);
 
 /// "37.7 s left, end 14:32:10  2.953 in, margin 0.80 in  +1.20 V, 0 late  [----#-----]": at most 100 columns. Before
-/// the experiment "preparing for 34.0 s, then 1:40 min". Near a limit the line starts with a warning.
+/// the experiment "preparing for 34.0 s, then 1:40 min". Near a limit, and where more rows are lost than a valve sheet may
+/// lack, the line starts with a warning.
 /// @param now  of the wall clock, local time is shown
 [[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
                                    std::chrono::system_clock::time_point now);

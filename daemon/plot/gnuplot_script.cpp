@@ -39,6 +39,7 @@ constexpr double kSinglePanelHeight_px = 300.0;
 constexpr double kMapHeight_px = 380.0;
 constexpr double kKeyLine_px = 20.0;
 constexpr double kTitle_px = 28.0;
+constexpr double kTitleLine_px = 18.0;   // of each further one
 constexpr double kLine_px = 17.0;        // of text
 constexpr double kLeftMargin_px = 88.0;  // set lmargin below
 constexpr double kPlainMargin_lines = 3.2;
@@ -246,7 +247,29 @@ double panel_height_px(const Panel& panel, bool is_alone) {
   return plain + below + kKeyLine_px * static_cast<double>(lines > 1 ? lines - 1 : 0);
 }
 
-bool has_title(const Figure& figure, Surface surface) { return surface == Surface::file && !figure.title.empty(); }
+/// The title of a picture file, broken at blanks into lines that the picture holds.
+std::vector<std::string> title_lines(const Figure& figure, Surface surface) {
+  constexpr double kMostLetters = 74.0;
+  std::vector<std::string> lines;
+  if (surface != Surface::file) return lines;
+  for (std::size_t at = 0; at < figure.title.size();) {
+    const std::size_t end = std::min(figure.title.find(' ', at), figure.title.size());
+    const std::string word = figure.title.substr(at, end - at);
+    const bool fits = !lines.empty() && letters_of(lines.back() + " " + word) <= kMostLetters;
+    if (fits) {
+      lines.back() += " " + word;
+    } else {
+      lines.push_back(word);
+    }
+    at = end + 1;
+  }
+  return lines;
+}
+
+double title_px(const Figure& figure, Surface surface) {
+  const std::size_t lines = title_lines(figure, surface).size();
+  return lines == 0 ? 0.0 : kTitle_px + kTitleLine_px * static_cast<double>(lines - 1);
+}
 
 std::string bottom_margin(const Panel& panel) {
   if (const TickLayout ticks = tick_layout(panel); ticks.angle_deg > 0.0) {
@@ -261,7 +284,8 @@ bool has_own_y_label(const Panel& panel, bool in_characters) {
   return !in_characters && !panel.is_map && !panel.has_equal_scales && !panel.y_label.empty();
 }
 
-/// Numbers of a logarithmic axis: each decade, and 2 and 5 of each where less than three decades begin within.
+/// Numbers of a logarithmic axis: each decade, and 2 and 5 of each where less than three decades begin within. Over few
+/// decades the other multiples have a mark and a grid line without a number.
 std::string log_ticks(const Range& range) {
   if (!range || !(range->first > 0.0) || !(range->first < range->second)) return "autofreq";
   const int first = static_cast<int>(std::floor(std::log10(range->first)));
@@ -276,11 +300,23 @@ std::string log_ticks(const Range& range) {
   };
   add(1.0);
   constexpr std::ptrdiff_t kEnough = 3;
-  if (std::count(ticks.begin(), ticks.end(), ',') + 1 < kEnough || ticks.empty()) {
+  const bool has_few = std::count(ticks.begin(), ticks.end(), ',') + 1 < kEnough || ticks.empty();
+  if (has_few) {
     add(2.0);
     add(5.0);
   }
-  return ticks.empty() ? "autofreq" : "(" + ticks + ")";
+  if (ticks.empty()) return "autofreq";
+  constexpr int kMostDecades = 4;
+  if (last - first <= kMostDecades) {
+    for (int decade = first; decade <= last; ++decade) {
+      for (int mantissa = 2; mantissa <= 9; ++mantissa) {
+        const double at = mantissa * std::pow(10.0, decade);
+        const bool has_number = has_few && (mantissa == 2 || mantissa == 5);
+        if (at >= range->first && at <= range->second && !has_number) ticks += fmt::format(", '' {:.7g} 1", at);
+      }
+    }
+  }
+  return "(" + ticks + ")";
 }
 
 /// Of the values of a panel, where it has no range of its own.
@@ -311,7 +347,8 @@ void add_axes(std::string& script, const Panel& panel, const Range& x_range, boo
   }
   script += "set border 3\nset tics nomirror out scale 0.6\n" +
             (y_step(panel) > 0.0 ? fmt::format("set ytics {:.7g}\n", y_step(panel)) : "set ytics autofreq\n") +
-            "set grid lc rgb '#d0d0d0' lw 0.5 dt solid\n" +
+            "set grid lt 1 lc rgb '#c8c8c8' lw 0.7 dt solid, lt 1 lc rgb '#d6d6d6' lw 0.5 dt solid\n" +
+            (panel.log_x ? "set grid mxtics\n" : "set grid nomxtics\n") +
             (panel.has_equal_scales ? "set size ratio -1\n" : "set size noratio\n");
   if (panel.x_ticks.empty()) {
     const double step = panel.x_range || panel.log_x ? 0.0 : x_step(x_range);
@@ -371,7 +408,7 @@ std::string quoted(const std::string& text) {
 }
 
 double height_px(const Figure& figure, Surface surface) {
-  double height = has_title(figure, surface) ? kTitle_px : 0.0;
+  double height = title_px(figure, surface);
   for (const Panel& panel : figure.panels) height += panel_height_px(panel, figure.panels.size() == 1);
   return height;
 }
@@ -380,13 +417,12 @@ std::string script_of(const Figure& figure, Surface surface) {
   const bool in_characters = surface == Surface::characters;
   const bool has_several = figure.panels.size() > 1;
   const double whole_px = height_px(figure, surface);
-  const bool is_titled = has_title(figure, surface);
   std::string script = "set encoding utf8\n";
   script += "set key outside top left horizontal Left reverse samplen 3 spacing 1.1\n";
   if (!in_characters) script += "set lmargin 11\nset rmargin 2.5\n";
   if (has_several && in_characters) script += fmt::format("set multiplot layout {},1\n", figure.panels.size());
   if (!in_characters) script += "set multiplot\n";
-  double top_px = whole_px - (is_titled ? kTitle_px : 0.0);
+  double top_px = whole_px - title_px(figure, surface);
   const Range shared_x = x_range_of(figure);
   for (const Panel& panel : figure.panels) {
     const std::string prefix = fmt::format("$p{}d", &panel - figure.panels.data());
@@ -409,9 +445,13 @@ std::string script_of(const Figure& figure, Surface surface) {
       script +=
           fmt::format("set label {} at screen 0.03, graph 0.5 center rotate by 90 front\n", quoted(panel.y_label));
     }
-    if (is_titled && &panel == &figure.panels.front()) {
-      script += fmt::format("set label {} at screen 0.5, screen {:.4f} center front\n", quoted(figure.title),
-                            1.0 - 0.5 * kTitle_px / whole_px);
+    if (&panel == &figure.panels.front()) {
+      double middle_px = whole_px - 0.5 * kTitle_px;
+      for (const std::string& line : title_lines(figure, surface)) {
+        script +=
+            fmt::format("set label {} at screen 0.5, screen {:.4f} center front\n", quoted(line), middle_px / whole_px);
+        middle_px -= kTitleLine_px;
+      }
     }
     // An empty panel keeps its axes.
     script += "plot " + (plots.empty() ? "[0:1] NaN notitle" : plots) + "\n";

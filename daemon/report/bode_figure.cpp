@@ -28,6 +28,8 @@ constexpr std::size_t kGridPoints = 160;
 constexpr std::size_t kPointsOfPeak = 24;  ///< on either side of one, between two points of the grid
 constexpr int kMapStyle = 2;
 constexpr std::string_view kOddDistortion = "odd_distortion_dB";
+constexpr const char* kBounds = "95 % bounds";
+constexpr double kVisibleBand = 0.01;      // of the gains' range: about the width of a line
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
 constexpr double kBeyondModel_dB = 10.0;   // of models' and measured gains: noise far below would flatten them
@@ -244,6 +246,17 @@ void drop_points_below(Panel& gain, double lowest) {
   }
 }
 
+/// Says of bounds that no eye can tell from their curve that they are there.
+void name_hidden_bounds(Panel& gain, const Range& gains) {
+  for (Series& series : gain.series) {
+    if (series.label != kBounds) continue;
+    double widest_dB = 0.0;
+    for (std::size_t i = 0; i < series.x.size(); ++i)
+      widest_dB = std::max(widest_dB, series.upper[i] - series.lower[i]);
+    if (widest_dB < kVisibleBand * (gains.high - gains.low)) series.label += ", narrower than the line";
+  }
+}
+
 bool is_measured(const NumberTable* response) {
   if (response == nullptr) return false;
   for (const char* name : {"frequency_Hz", "gain", "gain_dB", "phase_deg", "std"}) {
@@ -356,7 +369,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     if (!curve.gain_std_dB.empty()) {
       gain.series.push_back(band(curve.frequency_Hz, curve.gain_dB, curve.gain_std_dB, style, usable));
       phase.series.push_back(band(curve.frequency_Hz, phase_deg, curve.phase_std_deg, style, usable));
-      if (style == 1) gain.series.back().label = "95 % bounds";
+      if (style == 1) gain.series.back().label = kBounds;
     }
     add_known_line(gain, reported->model.name, *reported, curve.frequency_Hz, curve.gain_dB, style);
     add_known_line(phase, "", *reported, curve.frequency_Hz, phase_deg, style);
@@ -401,6 +414,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     gain.shades.back().label = models.size() == 1 ? "usable band" : "usable band of " + first->name;
   }
   drop_points_below(gain, gains.low);
+  name_hidden_bounds(gain, gains);
   gain.y_range = gains.widened(3.0);
   phase.y_range = phases.widened(5.0);
   if (frequencies.low < frequencies.high) {

@@ -88,6 +88,9 @@ inline constexpr double kDegrees = 180.0 / 3.14159265358979323846;  ///< of a ra
 /// @param trip_s  on the time axis of the figure
 void mark_trip(plot::Figure& figure, double trip_s);
 
+/// Says at the time axis of a run's fit_figure() that its first rows, in which the rod settles, are left out.
+void name_left_out(const Subject& subject, plot::Figure& figure);
+
 /// Adds the rig's travel limits that lie near what was measured to the panel of the output.
 /// @param span_s  first and last time of the panel   @param unit  of the panel
 void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::span<const double> measured,

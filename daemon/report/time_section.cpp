@@ -140,6 +140,14 @@ Remark remark_on(const Subject& subject, const ident::Model& model, const identi
 
 }  // namespace
 
+void name_left_out(const Subject& subject, plot::Figure& figure) {
+  constexpr double kWorthAWord = 0.05;                              // of the time that is drawn
+  if (subject.is_of_files() || subject.fit.time_s.empty()) return;  // the clock of a file may begin anywhere
+  const double first_s = subject.fit.time_s.front();
+  if (!(first_s > kWorthAWord * (subject.fit.time_s.back() - first_s))) return;
+  figure.panels.back().x_label += fmt::format(", the first {:.3g} s left out", first_s);
+}
+
 void draw_limits(const Subject& subject, std::pair<double, double> span_s, std::span<const double> measured,
                  const std::string& unit, plot::Panel& output) {
   if (measured.empty()) return;
@@ -241,6 +249,7 @@ Section time_section(const Subject& subject) {
   item.figure = fit_figure(subject.fit, names, split_s, "Measured and simulated output over time");
   draw_limits(subject, span_of(subject.fit), subject.fit.measured, subject.fit.output.unit,
               item.figure->panels.front());
+  name_left_out(subject, *item.figure);
   if (subject.trip_s() && subject.record) add_rest(*item.figure, subject.fit, *subject.record);
   if (const auto trip_s = subject.trip_s()) mark_trip(*item.figure, *trip_s);
   item.remark = remark_on(subject, *first, *subject.fit.find(first->name), estimating);

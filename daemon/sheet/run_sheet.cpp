@@ -36,8 +36,9 @@ RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
     const auto rows = static_cast<double>(run.record.output.size());
     throw RowsMissing(fmt::format(
         "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most 1 % may be: the computer did "
-        "not keep the ticks, or the sensor did not deliver. Repeating the run alone does not mend that: `eha "
-        "doctor` and `eha latency` say what keeps the computer busy",
+        "not keep the ticks, or the sensor did not deliver. Repeat the run when the computer does nothing else; if "
+        "rows "
+        "are lost again, `eha doctor` and `eha latency` say what keeps it busy",
         folder.string(), run.record.unmeasured.size(), run.record.output.size(),
         100.0 * static_cast<double>(run.record.unmeasured.size()) / rows));
   }

@@ -138,6 +138,9 @@ TEST_F(Axis, KeepsItsPromiseOnTheSimulatedRig) {
   const Json result = Json::parse(content_of(track_run() / "track.json"));
   EXPECT_TRUE(result.at("kept").get<bool>());
   EXPECT_TRUE(result.at("changes").empty()) << result.at("changes");
+  const Ended latest = run_eha({"plot", "runs/latest", "-o", "latest.svg"}, folder_->path());
+  EXPECT_NE(latest.err.find("the last run with an accepted model; the newest run is "), std::string::npos)
+      << latest.err;
   const Ended plot = run_eha({"plot", track_run()}, folder_->path());
   EXPECT_NE(plot.out.find("sweep for the margins"), std::string::npos) << plot.out << plot.err;
 }

@@ -136,6 +136,14 @@ TEST_F(Reports, PlotDrawsRunsTablesAndModels) {
     EXPECT_EQ(content_of(folder_->path() / picture).substr(1, 3), "PNG");
   }
   EXPECT_EQ(run_eha({"plot", paper_.string(), "-o", "a.gif"}, folder_->path()).code, 2);
+  ASSERT_EQ(run_eha({"plot", paper_.string(), "-o", "run.svg"}, folder_->path()).code, 0);
+  const std::string drawn = content_of(folder_->path() / "run.svg");
+  EXPECT_NE(drawn.find(", simulated rig: "), std::string::npos) << "the title has the rig";
+  EXPECT_NE(drawn.find("recommended"), std::string::npos);
+  EXPECT_NE(drawn.find("time [s], the first 10 s left out"), std::string::npos);
+  ASSERT_EQ(run_eha({"plot", (paper_ / model).string(), "-o", "model.svg"}, folder_->path()).code, 0);
+  EXPECT_NE(content_of(folder_->path() / "model.svg").find(", fitted to " + paper_.filename().string()),
+            std::string::npos);
 }
 
 /// The code blocks of a language in a document.

@@ -195,11 +195,17 @@ TEST(Gnuplot, MarksTheDecadesOfALogarithmicAxisAndMoreWhereTheyAreFew) {
   Figure figure = ramp("bode", "model");
   figure.panels[0].log_x = true;
   figure.panels[0].x_range = {{0.02, 30.0}};
-  EXPECT_NE(script_of(figure, Surface::page).find("set xtics norotate offset 0,0.3 ('0.1' 0.1, '1' 1, '10' 10)"),
+  const std::string few = script_of(figure, Surface::page);
+  EXPECT_NE(few.find("set xtics norotate offset 0,0.3 ('0.1' 0.1, '1' 1, '10' 10, '' 0.02 1, '' 0.03 1"),
             std::string::npos)
-      << script_of(figure, Surface::page);
+      << few;
+  EXPECT_NE(few.find("'' 20 1, '' 30 1)"), std::string::npos) << "no mark beyond the axis: " << few;
+  EXPECT_NE(few.find("set grid mxtics"), std::string::npos) << "the marks have lines";
+  figure.panels[0].x_range = {{1e-3, 1e3}};
+  EXPECT_EQ(script_of(figure, Surface::page).find("'' 0.02 1"), std::string::npos) << "a wall of lines";
   figure.panels[0].x_range = {{0.05, 0.65}};
-  EXPECT_NE(script_of(figure, Surface::page).find("('0.1' 0.1, '0.2' 0.2, '0.05' 0.05, '0.5' 0.5)"), std::string::npos)
+  EXPECT_NE(script_of(figure, Surface::page).find("('0.1' 0.1, '0.2' 0.2, '0.05' 0.05, '0.5' 0.5, '' 0.06 1"),
+            std::string::npos)
       << "one number is no scale\n"
       << script_of(figure, Surface::page);
 }
@@ -254,6 +260,20 @@ TEST(Gnuplot, GivesALongKeyRoomOfItsOwn) {
     return std::stod(script.substr(at)) * height_px(figure, Surface::page);
   };
   EXPECT_GT(height_of(1), height_of(0) + 2 * 18.0) << "the panel with the long key grows, not the other one";
+}
+
+TEST(Gnuplot, BreaksATitleThatIsWiderThanThePicture) {
+  Figure figure = ramp("short title", "");
+  const double one = height_px(figure, Surface::file);
+  EXPECT_NE(script_of(figure, Surface::file).find("set label 'short title' at screen"), std::string::npos);
+  figure.title = "20260101T120000Z-paper, simulated rig: integrator_lag_valve (usable), recommended, and its runner-up";
+  const std::string script = script_of(figure, Surface::file);
+  EXPECT_NE(script.find("set label '20260101T120000Z-paper, simulated rig: integrator_lag_valve' at"),
+            std::string::npos)
+      << script;
+  EXPECT_NE(script.find("set label '(usable), recommended, and its runner-up' at"), std::string::npos) << script;
+  EXPECT_GT(height_px(figure, Surface::file), one + 10.0);
+  EXPECT_EQ(height_px(figure, Surface::page), one - 28.0) << "a page has its headings";
 }
 
 TEST(Gnuplot, SlantsNamesAtTheAxisThatWouldCollideOrBeCutOff) {

@@ -437,6 +437,18 @@ TEST(BodeFigure, DrawsBoundsOnlyWhereTheRecordShowsTheResponse) {
   EXPECT_GT(bounds().x.back(), 0.65 / kGrid);
 }
 
+TEST(BodeFigure, SaysOfBoundsThatTheLineHidesThatItDoes) {
+  ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
+  const std::vector<double> f{0.01, 0.05, 0.2, 0.6, 2.0};
+  reported.model.bode = ident::bode_curve(reported.model, f, {});
+  const auto label_for = [&](double std_dB) {
+    reported.model.bode->gain_std_dB = reported.model.bode->phase_std_deg = std::vector<double>(f.size(), std_dB);
+    return bode_figure({&reported}, nullptr, "Bode plot").panels[0].series.front().label;
+  };
+  EXPECT_EQ(label_for(3.0), "95 % bounds");
+  EXPECT_EQ(label_for(0.001), "95 % bounds, narrower than the line");
+}
+
 TEST(BodeFigure, ShowsTheErrorOfTheGainOnAScaleOfItsOwn) {
   ReportedModel reported{model_named("io", ident::Grade::good, 99.0), "io.json"};
   const std::vector<double> f{0.05, 0.2, 0.6};
