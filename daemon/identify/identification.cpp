@@ -149,11 +149,25 @@ std::string result_text(const ident::Model& model) {
                      model.estimation->seconds);
 }
 
-IdentifiedModel identify_one(const IdentificationTask& task, const ident::StructureOptions& structure,
-                             const ident::FitProgress& progress = {}) {
-  IdentifiedModel identified{structure, timed([&] {
-                               return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
-                             })};
+/// Whether the poles are guessed from the record so well that a search of their whole box finds no better ones: one or
+/// two that are free, without a map.
+bool has_guessed_poles(const ident::Structure& structure) {
+  constexpr std::size_t kMostGuessed = 2;
+  return !structure.input_map.valve && has_finite_state(structure) && state_count(structure) <= kMostGuessed &&
+         structure.denominator.front().coefficient.freedom == ident::Freedom::free;
+}
+
+/// @param prepared  the task's record, which several fits share; null: the paper's procedure prepares none
+IdentifiedModel identify_one(const IdentificationTask& task, const ident::PreparedRecord* prepared,
+                             const ident::StructureOptions& structure, const ident::FitProgress& progress = {}) {
+  const auto fitted = [&] {
+    if (prepared == nullptr) return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
+    ident::FitOptions options = task.options;
+    if (options.search == ident::Search::global && has_guessed_poles(structure.structure))
+      options.search = task.ladder.search;
+    return ident::fit(*prepared, structure, options, thread_executor(), {}, progress);
+  };
+  IdentifiedModel identified{structure, timed(fitted)};
   judge(task, excited_by(task, identified.result), identified.result);
   return identified;
 }
@@ -204,6 +218,8 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
 void fit_named(const IdentificationTask& task, const Progress& progress, Identification& identification) {
   std::exception_ptr first_failure;
   const double count = static_cast<double>(task.structures.size());
+  std::optional<ident::PreparedRecord> prepared;
+  if (task.options.procedure != ident::Procedure::paper) prepared.emplace(task.record, task.options);
   for (std::size_t i = 0; i < task.structures.size(); ++i) {
     const ident::StructureOptions& structure = task.structures[i];
     ident::FitProgress of_one;
@@ -213,7 +229,7 @@ void fit_named(const IdentificationTask& task, const Progress& progress, Identif
       };
     }
     try {
-      identification.models.push_back(identify_one(task, structure, of_one));
+      identification.models.push_back(identify_one(task, prepared ? &*prepared : nullptr, structure, of_one));
       add(identification.work, identification.models.back().result.work);
       if (progress)
         progress(static_cast<double>(i + 1) / count, result_text(identification.models.back().result.model));
@@ -519,7 +535,7 @@ std::vector<IdentifiedModel> fit_as_in_the_paper(IdentificationTask task, std::v
     plain.name = structure.name;
     plain.structure = *published;
     try {
-      models.push_back(identify_one(task, plain));
+      models.push_back(identify_one(task, nullptr, plain));
     } catch (const Error& error) {
       warnings.push_back(
           fmt::format("no comparison with the paper's procedure for {}: {}", structure.name, error.what()));
