@@ -24,13 +24,15 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/limit_remarks.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
 
 constexpr const char* kCheckFooter = R"(
-Reports every fault of a rig.toml or an experiment.toml with its line and column. An experiment is also checked against
+Reports every fault of a rig.toml or an experiment.toml with its line and column, and of a rig what it leaves unprotected.
+An experiment is also checked against
 the rig that `eha run` would use (--rig, else that of a running service with the place of its rod, unless a run moves it,
 else the default one; refused while the service has not read what the file says now): limits [V], slew [V/s], Nyquist frequency [Hz]. It is
 then rehearsed with the rig's valve, and refused if half of the rehearsed rods reach a travel or velocity limit, or if the
@@ -106,6 +108,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                                                : access_of_rig_file(command.file, rig, service, command.socket));
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
+  for (const std::string& sentence : limit_remarks(rig)) console.warning(sentence);
   if (lacks_following) console.warning(std::string(config::kNotFollowed));
   const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 
 namespace eha::doctor {
@@ -16,10 +17,12 @@ config::RigConfig sound_rig() {
   return rig;
 }
 
+const std::chrono::sys_days kToday = std::chrono::year(2026) / 6 / 1;
+
 bool names(const Check& check, const char* key) { return check.found.find(key) != std::string::npos; }
 
 TEST(LimitChecks, FindNothingWhereEverythingIsWatched) {
-  const Check check = check_limits(sound_rig());
+  const Check check = check_limits(sound_rig(), kToday);
   EXPECT_EQ(check.level, Level::ok) << check.found;
 }
 
@@ -27,7 +30,7 @@ TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
   const auto warning = [](const std::function<void(config::RigConfig&)>& loosen) {
     config::RigConfig rig = sound_rig();
     loosen(rig);
-    Check check = check_limits(rig);
+    Check check = check_limits(rig, kToday);
     EXPECT_EQ(check.level, Level::warn) << check.found;
     return check;
   };
@@ -40,9 +43,9 @@ TEST(LimitChecks, WarnOfWhatTheRigIsArmedWithAllTheSame) {
 
 TEST(LimitChecks, OfASimulatedRigSayWhatAMachineWouldBeRefusedFor) {
   config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
-  EXPECT_EQ(check_limits(rig).level, Level::ok) << check_limits(rig).found;
+  EXPECT_EQ(check_limits(rig, kToday).level, Level::ok) << check_limits(rig, kToday).found;
   rig.limits.following->measured_check = 1;
-  const Check check = check_limits(rig);
+  const Check check = check_limits(rig, kToday);
   EXPECT_EQ(check.level, Level::warn);
   EXPECT_TRUE(names(check, "following.measured_check does not fit")) << check.found;
 }
@@ -50,7 +53,7 @@ TEST(LimitChecks, OfASimulatedRigSayWhatAMachineWouldBeRefusedFor) {
 TEST(LimitChecks, DoNotCallASimulatedRodFollowedWithoutFollowing) {
   config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
   rig.limits.following.reset();
-  const Check check = check_limits(rig);
+  const Check check = check_limits(rig, kToday);
   EXPECT_EQ(check.level, Level::warn);
   EXPECT_TRUE(names(check, "no [following] in the rig file: experiments are not rehearsed")) << check.found;
 }
@@ -58,7 +61,7 @@ TEST(LimitChecks, DoNotCallASimulatedRodFollowedWithoutFollowing) {
 TEST(LimitChecks, FailWhereTheRigCannotBeArmed) {
   config::RigConfig rig = sound_rig();
   rig.limits.velocity_limit_in_per_s = 1e9;
-  const Check check = check_limits(rig);
+  const Check check = check_limits(rig, kToday);
   EXPECT_EQ(check.level, Level::fail);
   EXPECT_EQ(check.code, ExitCode::configuration);
   EXPECT_TRUE(names(check, "velocity_limit_in_per_s = 1e+09 in/s")) << check.found;

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "daemon/rig/limit_remarks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+#include "core/millimetre_key.hpp"
+#include "daemon/place/place_controller.hpp"
+#include "hal/backends/backend.hpp"
+
+namespace eha {
+namespace {
+
+constexpr double kLongestFrozen_s = 2.0;
+constexpr double kLongestLateLoop_s = 0.1;
+constexpr double kMostUnknownShare = 0.1;  ///< of half the command range, of a safe voltage at a null that is not known
+constexpr std::chrono::days kLongestCalibrated{366};
+
+std::string frozen_sensor(const config::RigLimits& limits) {
+  if (limits.frozen_sensor_s <= 0.0) {
+    return "limits.frozen_sensor_s is off: a stuck sensor is not detected; set 0.5, the seconds after which a driven "
+           "rod's reading that stands still trips";
+  }
+  if (limits.frozen_sensor_s <= kLongestFrozen_s) return {};
+  return fmt::format("limits.frozen_sensor_s = {:g} s: a stuck sensor stays undetected for that long; set 0.5",
+                     limits.frozen_sensor_s);
+}
+
+std::string late_loop(const config::RealtimeOptions& realtime) {
+  const double late_s = realtime.abort_consecutive_late * realtime.sample_period_s;
+  if (late_s <= kLongestLateLoop_s) return {};
+  return fmt::format(
+      "realtime.abort_consecutive_late = {}: the loop may be late for {:.2g} s in a row; set at most {:g}",
+      realtime.abort_consecutive_late, late_s,
+      std::max(1.0, std::floor(kLongestLateLoop_s / realtime.sample_period_s)));
+}
+
+/// A placing moves at a tenth of the velocity limit at most.
+std::string slow_placing(config::RigLimits limits) {
+  const double limit_in_per_s = limits.velocity_limit_in_per_s;
+  const double speed_in_per_s = place::placing_speed_in_per_s(limits);
+  limits.velocity_limit_in_per_s = std::numeric_limits<double>::max();
+  const double usual_in_per_s = place::placing_speed_in_per_s(limits);
+  if (limit_in_per_s >= usual_in_per_s) return {};
+  return fmt::format(
+      "limits.velocity_limit_in_per_s = {0:g} in/s ({1:.3g} mm/s) is below the usual {2:g} in/s ({3:.3g} mm/s) of "
+      "goto, which moves at a tenth of the limit: 1 in (25.4 mm) takes {4:.3g} s, and most experiments trip; set what "
+      "the rig needs, {5:g} or more where goto is to have its usual speed",
+      limit_in_per_s, kMillimetresPerInch * limit_in_per_s, usual_in_per_s, kMillimetresPerInch * usual_in_per_s,
+      1.0 / speed_in_per_s, usual_in_per_s * limit_in_per_s / speed_in_per_s);
+}
+
+/// The day of "2026-01-31"; none of another text, as of a rig that needs no calibration.
+std::optional<std::chrono::sys_days> day_of(const std::string& text) {
+  int year = 0;
+  unsigned month = 0;
+  unsigned day = 0;
+  if (std::sscanf(text.c_str(), "%d-%u-%u", &year, &month, &day) != 3) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+  return date.ok() ? std::optional(std::chrono::sys_days(date)) : std::nullopt;
+}
+
+std::string old_calibration(const std::string& date, std::chrono::sys_days today) {
+  const auto calibrated = day_of(date);
+  if (!calibrated || today - *calibrated <= kLongestCalibrated) return {};
+  return fmt::format(
+      "calibration_date = \"{}\": scale and offset of the sensor are {:.1f} years old; hold a ruler to the rod beside "
+      "`eha read` at two places, and where they differ by more than 0.5 mm (0.02 in) `eha calibrate`; where they agree "
+      "write today's date",
+      date, static_cast<double>((today - *calibrated).count()) / 365.25);
+}
+
+/// A voltage at which the rod moves while nothing drives it. Its bounds for a machine are arming_findings()'.
+std::string moving_at_rest(const config::RigLimits& limits) {
+  const auto& following = limits.following;
+  const double null_V = following ? following->null_V : 0.0;
+  const double away_V = std::abs(limits.safe_V - null_V);
+  if (!following) {
+    const double most_V = kMostUnknownShare * 0.5 * (limits.command_max_V - limits.command_min_V);
+    if (away_V <= most_V) return {};
+    return fmt::format(
+        "limits.safe_V = {:g} V may be outside the valve's dead band, which is not known: the rod would "
+        "move with nothing driving it; set 0, or the valve's null once it is measured",
+        limits.safe_V);
+  }
+  const double beyond_V = away_V - following->dead_band_V;
+  if (beyond_V <= 0.0) return {};
+  const double speed_in_per_s =
+      2.0 * beyond_V *
+      (limits.safe_V > null_V ? following->gain_positive_in_per_V_s : following->gain_negative_in_per_V_s);
+  return fmt::format(
+      "limits.safe_V = {:g} V is {:.3g} V from the valve's null, outside its half dead band of {:g} V: the rod moves "
+      "at "
+      "about {:.2g} in/s ({:.2g} mm/s) where the hydraulics are on and nothing drives it; set {:g}, the null",
+      limits.safe_V, away_V, following->dead_band_V, speed_in_per_s, kMillimetresPerInch * speed_in_per_s, null_V);
+}
+
+}  // namespace
+
+std::vector<std::string> limit_remarks(const config::RigConfig& rig, std::chrono::sys_days today) {
+  std::vector<std::string> remarks{frozen_sensor(rig.limits), slow_placing(rig.limits),
+                                   old_calibration(hal::conversion_of(rig.backend).calibration_date, today),
+                                   moving_at_rest(rig.limits)};
+  // No loop of a simulated rig moves anything while it is late.
+  if (hal::moves_machine(rig.backend)) remarks.push_back(late_loop(rig.realtime));
+  std::erase(remarks, "");
+  return remarks;
+}
+
+std::vector<std::string> limit_remarks(const config::RigConfig& rig) {
+  return limit_remarks(rig, std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()));
+}
+
+}  // namespace eha
