@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/free_name.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/batch/table_text.hpp"
 
@@ -20,9 +21,9 @@ namespace {
 
 /// The options of `eha fit` by which a file is read, and a record's part or rows chosen; `eha compare` has none of
 /// them.
-constexpr std::array<std::string_view, 11> kOfReading{"--time",    "--input",     "--output",        "--delimiter",
-                                                      "--decimal", "--thousands", "--period",        "--from",
-                                                      "--to",      "--resample",  "--keep-lone-rows"};
+constexpr std::array<std::string_view, 12> kOfReading{"--time",    "--input",     "--output",     "--delimiter",
+                                                      "--decimal", "--thousands", "--period",     "--from",
+                                                      "--to",      "--resample",  "--input-late", "--keep-lone-rows"};
 
 bool is_read_by_options(const std::vector<std::string>& options) {
   return std::any_of(options.begin(), options.end(), [](const std::string& word) {
@@ -86,7 +87,7 @@ std::vector<std::size_t> compared_rows(const Table& table) {
 std::string with_folder(std::string command, const Record& record) {
   if (!command.starts_with("eha fit ") || command.find(" -o ") != std::string::npos) return command;
   const std::string stem = std::filesystem::path(record.source).stem().string();
-  return command + " -o " + shell_word("models-" + stem);
+  return command + " -o " + shell_word(free_name("models-" + stem));
 }
 
 /// The first `eha fit` or `eha import` of a record that a reason names between backticks; none without.

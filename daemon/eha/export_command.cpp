@@ -276,7 +276,8 @@ ExitCode export_record(const ExportCommand& command, const record::RecordFormat&
                       {"file", command.output->string()}});
   console.print(fmt::format("written: {} ({} rows, {:g} s apart)", command.output->string(), source.record.input.size(),
                             source.record.step_s));
-  console.next_step(fmt::format("eha fit {} -o models", shell_word(command.output->string())));
+  console.next_step(
+      fmt::format("eha fit {} -o {}", shell_word(command.output->string()), shell_word(free_name("models"))));
   return ExitCode::ok;
 }
 

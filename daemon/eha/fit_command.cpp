@@ -147,7 +147,7 @@ void require_own_folder(const FitCommand& command, const Source& source) {
       "-o {}: {} there is a model of another record, {}, and a report would take both for models of one; name another "
       "folder, for instance -o {}",
       command.output->string(), other->file, other->record,
-      shell_word(command.output->string() + "-" + fs::path(command.source).stem().string())));
+      shell_word(free_name(command.output->string() + "-" + fs::path(command.source).stem().string()))));
 }
 
 // For each kind of experiment: runs the computation that its record is for instead of a fit. @returns none: models are
@@ -224,7 +224,8 @@ struct Answered {
 };
 
 /// Identifies. Where a file's rows show clearly that its input is straight between them, the source's becomes so.
-Answered answer(const FitCommand& command, Source& source, Console& console) {
+/// @param again  the command as suggestions repeat it
+Answered answer(const FitCommand& command, const FitCommand& again, Source& source, Console& console) {
   const auto of_task = [&](const IdentificationTask& task) {
     Identification found = as_asked_for(command, [&] {
       return identify::identify(source, task, comparisons_for(command, source), console.progress_callback());
@@ -246,7 +247,7 @@ Answered answer(const FitCommand& command, Source& source, Console& console) {
     return {straight, of_task(straight)};
   }
   if (!between) return {task, std::move(held)};
-  std::string straight = importer::command_with(command.import, command.source, "--intersample foh");
+  std::string straight = importer::command_with(again.import, again.source, "--intersample foh");
   console.warning(identify::advice_of(*between, straight));
   return {task, std::move(held), std::move(straight)};
 }
@@ -264,8 +265,9 @@ ExitCode execute(const FitCommand& command, Console& console) {
   } else {
     console.set_rig(access_of_file());
   }
+  const FitCommand again = into_new_folder(command);
   suggest::RigAccess rig = console.rig();
-  rig.fit = command_of_ladder(command);
+  rig.fit = command_of_ladder(again);
   console.set_rig(std::move(rig));
   print_import(source.guess, source.remarks, source.repairs, console);
   std::error_code unknown;
@@ -286,7 +288,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation / identify::parts_of_a_row(source), console, [&](int every) {
-    return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
+    return importer::command_with(again.import, again.source, fmt::format("--decimate {}", every));
   });
   if (command.sweep) {
     std::optional<fs::path> folder = command.output;
@@ -295,12 +297,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
       models = os::open_folder(source.opened.files() / record::kModelsFolder);
       folder = os::path_through(models);
     }
-    return as_asked_for(command, [&] { return sweep_commensurate_order(command, task, folder, console); });
+    return as_asked_for(command, [&] { return sweep_commensurate_order(again, task, folder, console); });
   }
   require_own_folder(command, source);
   std::optional<NewFolders> folder;
   if (command.output) folder.emplace(*command.output);
-  const Answered answered = answer(command, source, console);
+  const Answered answered = answer(command, again, source, console);
   const Identification& identification = answered.identification;
   const ident::FirstStep first = identify::next_step_of(identification).first;
   std::vector<fs::path> written = write(identification, command, source);
@@ -320,10 +322,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
   if (first == ident::FirstStep::mend_input) {
-    console.next_step(mending_fit(command, source, identification));
+    console.next_step(mending_fit(again, source, identification));
     return code;
   }
-  const auto cut = cut_command(command, source, identification);
+  const auto cut = cut_command(again, source, identification);
   if (cut) console.next_step(*cut);
   if (answered.straight) console.next_step(*answered.straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
@@ -334,12 +336,12 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.next_step(suggest::characterise(console.rig()));
   } else if (const auto next = identify::next_experiment_file(written)) {
     console.next_step(suggest::run(console.rig(), {next->string()}));
-  } else if (const auto step = step_by_cause(command, source, identification, written); step && !cut) {
+  } else if (const auto step = step_by_cause(again, source, identification, written); step && !cut) {
     console.next_step(*step);
   } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_of_fit(command, source, identification, written));
   } else if (names_models(command.models) && identification.recommendation.model.empty() && !cut) {
-    console.next_step(command_of_ladder(command));
+    console.next_step(command_of_ladder(again));
   }
   return code;
 }

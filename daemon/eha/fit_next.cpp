@@ -30,10 +30,10 @@ using identify::Source;
 
 namespace {
 
-/// "models", or "models-bench" where that has models of another record.
+/// A folder that is not there yet: "models", or "models-bench" where that has models of another record.
 std::string folder_to_offer(const FitCommand& command, const Source& source) {
-  if (!model_of_other_record("models", source)) return "models";
-  return "models-" + fs::path(command.source).stem().string();
+  if (!model_of_other_record("models", source)) return free_name("models");
+  return free_name("models-" + fs::path(command.source).stem().string());
 }
 
 /// The fit of a part of the record. @param options  "--to 27.68"
@@ -47,9 +47,10 @@ std::string fit_of_part(const FitCommand& command, const Source& source, const s
 std::string fit_of_structure(const FitCommand& command, const Source& source, const std::string& options) {
   importer::Options without = command.import;
   without.command = command_of_ladder(command);
-  const std::string family = options.substr(options.find(' ') + 1);
+  std::string family = options.substr(options.find(' ') + 1);
+  family = family.substr(0, family.find(' '));
   const std::string folder = command.output      ? std::string()
-                             : source.run_folder ? " -o models-" + family.substr(0, family.find(' '))
+                             : source.run_folder ? " -o " + shell_word(free_name("models-" + family))
                                                  : " -o " + shell_word(folder_to_offer(command, source));
   return importer::command_with(without, command.source, options + folder);
 }
@@ -87,6 +88,14 @@ std::string mending_fit(const FitCommand& command, const Source& source, const I
     options = fmt::format("{}{}", kLate, command.import.input_late + std::stoul(options.substr(kLate.size())));
   }
   return options.empty() ? picture_of_record(command) : fit_of_part(command, source, options);
+}
+
+FitCommand into_new_folder(FitCommand command) {
+  if (!command.output || command.import.command.empty()) return command;
+  command.import.command = importer::command_without(command.import, {"-o"});
+  command.import.command = importer::command_with(command.import, command.source,
+                                                  "-o " + shell_word(next_free_name(command.output->string())));
+  return command;
 }
 
 std::string command_of_ladder(const FitCommand& command) {

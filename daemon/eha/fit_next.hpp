@@ -23,6 +23,9 @@ struct OtherModel {
 [[nodiscard]] std::optional<OtherModel> model_of_other_record(const std::filesystem::path& folder,
                                                               const identify::Source& source);
 
+/// The command as suggestions repeat it: with -o of a folder that is not there yet, so that no models are overwritten.
+[[nodiscard]] FitCommand into_new_folder(FitCommand command);
+
 /// The command that fits the part of the record that ident::next_step() keeps; none of a record that is cut already.
 [[nodiscard]] std::optional<std::string> cut_command(const FitCommand& command, const identify::Source& source,
                                                      const identify::Identification& identification);

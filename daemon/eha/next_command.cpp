@@ -157,17 +157,6 @@ suggest::RigAccess access_of_run(const fs::path& folder, bool asked_service) {
   return with_free_names(std::move(rig));
 }
 
-std::string free_name(const std::string& name) {
-  const fs::path path(name);
-  fs::path free = path;
-  std::error_code ignored;
-  for (int number = 2; fs::exists(fs::symlink_status(free, ignored)); ++number) {
-    free = path;
-    free.replace_filename(fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
-  }
-  return free.string();
-}
-
 std::optional<std::string> input_words_of_record(const std::string& record, const std::string& unit) {
   if (record.empty()) return std::nullopt;
   std::error_code ignored;

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/free_name.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/suggest/commands.hpp"
 #include "ident/validation/first_step.hpp"
@@ -58,9 +59,6 @@ struct RunCommand;
 /// A name of a rig file for --rig: relative to the present folder if it is below; empty for the default one and for a
 /// file that is not there.
 [[nodiscard]] std::string rig_name(const std::filesystem::path& file);
-
-/// Returns a file's name that is not taken in the present folder: "rig-new.toml", else "rig-new-2.toml", ...
-[[nodiscard]] std::string free_name(const std::string& name);
 
 /// The words of a file that `eha simulate` takes as an input: a record's own, or the thinned rows in a run's folder
 /// with the option that takes them as such. Nothing for a record that is not there or needs an option. Reads the

@@ -398,11 +398,12 @@ std::string parameters_text(const std::string& source, const Console& console) {
 /// The fit of the record that is drawn, read by the same options.
 std::string fit_of(const PlotCommand& command) {
   constexpr std::string_view kPlot = " plot ";
+  const std::string folder = shell_word(free_name("models"));
   importer::Options asked = command.import;
   const std::size_t at = asked.command.find(kPlot);
-  if (at == std::string::npos) return "eha fit " + shell_word(command.source) + " -o models";
+  if (at == std::string::npos) return "eha fit " + shell_word(command.source) + " -o " + folder;
   asked.command.replace(at, kPlot.size(), " fit ");
-  return importer::command_with(asked, command.source, "-o models");
+  return importer::command_with(asked, command.source, "-o " + folder);
 }
 
 /// What usually follows a picture of this source; empty where nothing does, as after a table of figures.

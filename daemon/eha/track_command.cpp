@@ -251,14 +251,14 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
   std::error_code ignored;
   if (std::filesystem::is_regular_file(model, ignored)) {
     console.print("The plant for MATLAB: eha export " + shell_word(model) + " --format tf");
-    console.print("Its Bode plot: eha plot " + shell_word(model) + " -o bode.svg");
+    console.print("Its Bode plot: eha plot " + shell_word(model) + " -o " + shell_word(free_name("bode.svg")));
   }
   if (const std::string& controller = console.rig().controller; !controller.empty()) {
     console.print(
         fmt::format("The controller for a PLC, C, MATLAB: {} (or c, simulink)", suggest::export_for_plc(controller)));
   }
   console.next_step(report_of_run(result.folder, "eha report " + shell_word(result.folder.string())));
-  console.next_step("eha plot " + shell_word(result.folder.string()) + " -o track.png");
+  console.next_step("eha plot " + shell_word(result.folder.string()) + " -o " + shell_word(free_name("track.png")));
   return code;
 }
 

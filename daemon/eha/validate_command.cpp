@@ -86,6 +86,12 @@ std::string correlation_line(const char* what, const ident::Correlation& correla
       correlation.bound99);
 }
 
+/// The `eha fit` that made a model, as its file says; empty where it does not.
+std::string command_of(const ident::Model& model) {
+  const auto command = model.provenance.find("command");
+  return command == model.provenance.end() ? std::string() : command->second;
+}
+
 /// Says that the samples compared here are not of the step of those that estimated the model, which changes what the
 /// tests see, and the command that compares alike.
 /// @param step_s  between the samples compared here
@@ -104,9 +110,10 @@ void note_other_step(const ident::Model& model, const ValidateCommand& command, 
                     importer::command_with(command.import, command.source, fmt::format("--decimate {}", every))));
   } else {
     const std::string record = record_of(model);
-    console.info(fmt::format("{}; for a model of the longer step: `eha fit {} --decimate {} -o models`", found,
+    console.info(fmt::format("{}; for a model of the longer step: `eha fit {}{} --decimate {} -o {}`", found,
                              record.empty() ? "RECORD" : shell_word(record),
-                             static_cast<int>(std::lround(step_s / of_model_s))));
+                             importer::words_of_reading(command_of(model)),
+                             static_cast<int>(std::lround(step_s / of_model_s)), shell_word(free_name("models"))));
   }
 }
 
@@ -140,7 +147,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
       identify::load_source(command.source, command.experiment_file, command.import, console.progress_callback());
   console.end_progress();
   suggest::RigAccess rig = source.run_folder ? access_of_run(*source.run_folder) : access_of_file();
-  if (!importer::says_how_to_read(command.import)) rig.fit = "eha fit " + shell_word(command.source);
+  rig.fit = "eha fit " + shell_word(command.source) + importer::words_of_reading(command.import.command);
   console.set_rig(std::move(rig));
   const bool is_asked = command.record.intersample == ident::Intersample::straight;
   if (is_asked || (!source.run_folder &&
@@ -242,17 +249,16 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.verdict->accepted) {
     const std::string record = record_of(model);
     std::error_code ignored;
-    const bool is_of_file = !source.run_folder && !importer::says_how_to_read(command.import) &&
-                            std::filesystem::is_regular_file(record, ignored);
+    const bool is_of_file = !source.run_folder && std::filesystem::is_regular_file(record, ignored);
+    // The comparison of the model with this record is told already; the record's own report does not show this model.
+    importer::ReadAlike before{{}, command.model_file};
     if (scored_here.of_another_plant && is_of_file) {
-      // The comparison of the model with this record is told already.
-      console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(record),
-                                    shell_word(command.source), intersample_words(command.record.intersample)));
-    } else if (source.run_folder || !importer::says_how_to_read(command.import)) {
-      // The record's own report does not show this model.
-      console.next_step(fmt::format("eha compare {} {}{} -o comparison.html", shell_word(command.model_file),
-                                    shell_word(command.source), intersample_words(command.record.intersample)));
+      before = importer::read_alike(command_of(model), record);
     }
+    const importer::ReadAlike now = importer::read_alike(command.import.command, command.source, before.name);
+    console.next_step(fmt::format("{}{}eha compare {} {}{} -o {}", before.import, now.import, shell_word(before.name),
+                                  shell_word(now.name), intersample_words(command.record.intersample),
+                                  shell_word(free_name("comparison.html"))));
     if (scored_here.of_another_plant && source.run_folder && record::is_run_folder(record)) {
       console.next_step(fmt::format("eha compare {} {}", shell_word(record), shell_word(command.source)));
     }

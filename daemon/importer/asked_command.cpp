@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <sstream>
 #include <string_view>
-#include <system_error>
+#include <utility>
 
+#include "core/free_name.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::importer {
@@ -26,12 +28,28 @@ std::size_t word_end(const std::string& command, std::size_t at) {
   return std::min(at, command.size());
 }
 
-/// Erases "--name VALUE", "--name=VALUE" or "--name", the first time that it stands as a word of a shell's command.
+/// A word without its quotation marks.
+std::string unquoted(std::string_view word) {
+  std::string plain;
+  for (std::size_t i = 0, is_quoted = 0; i < word.size(); ++i) {
+    if (word[i] == '\'') {
+      is_quoted = 1 - is_quoted;
+    } else {
+      if (is_quoted == 0 && word[i] == '\\' && i + 1 < word.size()) ++i;
+      plain += word[i];
+    }
+  }
+  return plain;
+}
+
+/// Erases "--name VALUE", "--name=VALUE", "--name" or "-nVALUE", the first time that it stands as a word of a shell's
+/// command.
 void erase_option(std::string& command, const std::string& name, bool has_value) {
   for (std::size_t at = 0; at < command.size();) {
     std::size_t end = word_end(command, at);
     const std::string_view word = std::string_view(command).substr(at, end - at);
-    const bool is_joined = word.starts_with(name + "=");
+    const bool is_short = !name.starts_with("--");
+    const bool is_joined = word.starts_with(is_short ? name : name + "=") && word != name;
     if (word == name || is_joined) {
       if (has_value && !is_joined) end = word_end(command, std::min(end + 1, command.size()));
       command.erase(at > 0 ? at - 1 : 0, end - at + (at > 0 ? 1 : 0));
@@ -58,13 +76,24 @@ bool replace_word(std::string& command, const std::string& from, const std::stri
 }
 
 /// "bench-record.csv", or one with a number where that is taken.
-std::string copy_of(const std::filesystem::path& path) {
-  std::error_code ignored;
-  const std::string stem = path.stem().string() + "-record";
-  std::string name = stem + ".csv";
-  for (int i = 2; std::filesystem::exists(name, ignored); ++i) name = fmt::format("{}-{}.csv", stem, i);
-  return name;
+std::string copy_of(const std::filesystem::path& path, const std::string& taken = {}) {
+  const std::string name = path.stem().string() + "-record.csv";
+  return name == taken ? next_free_name(name) : free_name(name);
 }
+
+/// The options that say how a record is read, each with whether a value follows.
+constexpr std::array<std::pair<std::string_view, bool>, 12> kReading{{{"--time", true},
+                                                                      {"--input", true},
+                                                                      {"--output", true},
+                                                                      {"--delimiter", true},
+                                                                      {"--decimal", true},
+                                                                      {"--thousands", true},
+                                                                      {"--period", true},
+                                                                      {"--from", true},
+                                                                      {"--to", true},
+                                                                      {"--input-late", true},
+                                                                      {"--resample", false},
+                                                                      {"--keep-lone-rows", false}}};
 
 }  // namespace
 
@@ -115,6 +144,32 @@ std::string command_on(const Options& options, const std::filesystem::path& path
   if (!replace_word(command, shell_quoted(path.string()), shell_word(made))) command.clear();
   if (!extra.empty()) return command_with(on_it, made, extra);
   return command.empty() ? fmt::format("eha import {}", shell_word(made)) : command;
+}
+
+std::string words_of_reading(const std::string& command) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < command.size();) {
+    const std::size_t end = word_end(command, at);
+    words.push_back(unquoted(std::string_view(command).substr(at, end - at)));
+    at = end + 1;
+  }
+  std::string found;
+  for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
+    const std::string name = words[i].substr(0, words[i].find('='));
+    const auto option =
+        std::find_if(kReading.begin(), kReading.end(), [&](const auto& one) { return one.first == name; });
+    if (option == kReading.end()) continue;
+    found += " " + shell_quoted(words[i]);
+    if (option->second && name == words[i] && i + 1 < words.size()) found += " " + shell_quoted(words[++i]);
+  }
+  return found;
+}
+
+ReadAlike read_alike(const std::string& command, const std::filesystem::path& path, const std::string& taken) {
+  const std::string words = words_of_reading(command);
+  if (words.empty()) return {{}, path.string()};
+  const std::string copy = copy_of(path, taken);
+  return {fmt::format("eha import {}{} -o {} && ", shell_word(path.string()), words, shell_word(copy)), copy};
 }
 
 }  // namespace eha::importer

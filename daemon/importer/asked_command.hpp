@@ -37,4 +37,18 @@ inline const std::vector<std::string> kOfReading{"--time",    "--input",     "--
 [[nodiscard]] std::string command_on(const Options& options, const std::filesystem::path& path, const std::string& made,
                                      const std::vector<std::string>& wrong = {}, const std::string& extra = {});
 
+/// The options of a command that say how it reads its record, " --decimal comma --resample"; empty without one. Quoted
+/// anew: the command may be of a model file that somebody else wrote.
+[[nodiscard]] std::string words_of_reading(const std::string& command);
+
+/// A record for a command that takes no such options.
+struct ReadAlike {
+  std::string import;  ///< "eha import r.csv --resample -o r-record.csv && "; empty: the file is read as it is
+  std::string name;    ///< of the file, or of the copy, not yet quoted
+};
+
+/// The record of a file as a command read it. @param taken  a name that another copy gets
+[[nodiscard]] ReadAlike read_alike(const std::string& command, const std::filesystem::path& path,
+                                   const std::string& taken = {});
+
 }  // namespace eha::importer

@@ -97,5 +97,78 @@ TEST(CopiedCommands, NameFilesThatAreThereOrSayWhatToReplace) {
   EXPECT_TRUE(next.ends_with(" -o output-2.csv\n")) << next << "output.csv is there";
 }
 
+/// A record of a lag that answers 1.3 times the input or `gain`, with one row left out where `has_gap`.
+std::string record_of_lag(double gain, bool has_gap) {
+  std::string text = "time_s,voltage_V,displacement_in\n";
+  double y = 0.0;
+  for (int k = 0; k < 1200; ++k) {
+    const double u = (k / 25) % 3 == 0 ? 1.0 : (k / 40) % 2 == 0 ? -0.5 : 0.2;
+    if (!has_gap || k != 700) {
+      text += fmt::format("{:.2f},{:.2f},{:.5f}\n", 0.04 * k, u, y + 0.001 * ((k * 7919) % 13 - 6));
+    }
+    y += 0.06 * (gain * u - y);
+  }
+  return text;
+}
+
+std::string next_of(const Ended& ended) {
+  const std::size_t at = ended.out.rfind("Next: ");
+  return at == std::string::npos ? ended.out + ended.err : ended.out.substr(at + 6);
+}
+
+TEST(CopiedCommands, LeaveTheModelsThatAreThere) {
+  const TemporaryFolder folder;
+  folder.write("a.csv", record_of_lag(1.3, false));
+  const auto next = [&](const std::vector<std::string>& words) { return next_of(run_eha(words, folder.path())); };
+  EXPECT_EQ(next({"fit", "a.csv", "--model", "io1"}), "eha fit a.csv --model io1 -o models\n");
+  EXPECT_EQ(run_eha({"fit", "a.csv", "--model", "io1", "-o", "models"}, folder.path()).code, 0);
+  EXPECT_EQ(next({"fit", "a.csv", "--model", "io1"}), "eha fit a.csv --model io1 -o models-2\n");
+  EXPECT_EQ(next({"plot", "a.csv"}), "eha fit a.csv -o models-2\n");
+  EXPECT_EQ(next({"export", "a.csv", "--format", "csv", "-o", "b.csv"}), "eha fit b.csv -o models-2\n");
+  // A model that is rejected leads to the ladder, which would replace its file.
+  for (const std::vector<std::string>& into : {std::vector<std::string>{"-o", "mine"}, {"-omine"}, {"-o", "mine/"}}) {
+    std::vector<std::string> words{"fit", "a.csv", "--model", "integrator_lag"};
+    words.insert(words.end(), into.begin(), into.end());
+    EXPECT_EQ(next(words), "eha fit a.csv -o mine-2\n");
+  }
+  const Ended other = run_eha({"fit", "b.csv", "-o", "models"}, folder.path());
+  EXPECT_NE(other.err.find("for instance -o models-b\n"), std::string::npos) << other.err;
+  folder.write("models-b", "");
+  const Ended again = run_eha({"fit", "b.csv", "-o", "models"}, folder.path());
+  EXPECT_NE(again.err.find("for instance -o models-b-2\n"), std::string::npos) << again.err;
+}
+
+TEST(CopiedCommands, CompareRecordsAsTheyWereRead) {
+  const TemporaryFolder folder;
+  folder.write("gap.csv", record_of_lag(1.3, true));
+  folder.write("other.csv", record_of_lag(1.7, true));
+  ASSERT_EQ(run_eha({"fit", "gap.csv", "--resample", "--model", "io1", "-o", "models"}, folder.path()).code, 0);
+  const std::string next = next_of(run_eha({"validate", "models/io1.json", "other.csv", "--resample"}, folder.path()));
+  EXPECT_EQ(next,
+            "eha import gap.csv --resample -o gap-record.csv && eha import other.csv --resample -o other-record.csv && "
+            "eha compare gap-record.csv other-record.csv -o comparison.html\n");
+  const std::string eha = EHA_PROGRAM;
+  const std::string said = output_of_shell("cd '" + folder.path().string() + "' && eha() { '" + eha +
+                                           "' \"$@\"; } && " + next.substr(0, next.find('\n')) + " 2>&1");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "comparison.html")) << said;
+  EXPECT_NE(next_of(run_eha({"validate", "models/io1.json", "other.csv", "--resample"}, folder.path()))
+                .find("-o comparison-2.html"),
+            std::string::npos);
+}
+
+TEST(CopiedCommands, TakeNoCommandFromAModelFile) {
+  const TemporaryFolder folder;
+  folder.write("gap.csv", record_of_lag(1.3, true));
+  folder.write("other.csv", record_of_lag(1.7, false));
+  ASSERT_EQ(run_eha({"fit", "gap.csv", "--resample", "--model", "io1", "-o", "models"}, folder.path()).code, 0);
+  std::string model = content_of(folder.path() / "models/io1.json");
+  const std::string command = "eha fit gap.csv --resample";
+  ASSERT_NE(model.find(command), std::string::npos) << model;
+  model.replace(model.find(command), command.size(), "eha fit gap.csv;pwn --decimal $(pwn) --resample;pwn");
+  folder.write("forged.json", model);
+  const std::string next = next_of(run_eha({"validate", "forged.json", "other.csv"}, folder.path()));
+  EXPECT_TRUE(next.starts_with("eha import gap.csv --decimal '$(pwn)' -o gap-record.csv && eha compare ")) << next;
+}
+
 }  // namespace
 }  // namespace eha::test
