@@ -50,40 +50,6 @@ struct CheckCommand {
   bool accept_travel_risk = false;                           ///< only warn if the rehearsal refuses
 };
 
-/// The rig of a running service and the position of its rod.
-struct ServiceRig {
-  std::string file;
-  std::string name;
-  bool moves = false;  ///< a machine
-  std::optional<double> place_in;
-  std::optional<FileChange> change = {};  ///< since the service read it
-  bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
-};
-
-/// None if no service answers.
-std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(socket, ignored)) return std::nullopt;
-  try {
-    control::Client client(socket);
-    const nlohmann::ordered_json status = client.call("status");
-    ServiceRig found{.file = status.at("rig").at("file"),
-                     .name = status.at("rig").at("name"),
-                     .moves = status.at("rig").at("moves"),
-                     .place_in = std::nullopt};
-    found.change = change_since_read(status.at("rig"));
-    const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
-    found.is_moving = !status.at("run").is_null();
-    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
-      found.place_in = rod.at("displacement_in");
-    }
-    return found;
-  } catch (const Error& error) {
-    console.debug(error.what());
-    return std::nullopt;
-  }
-}
-
 /// How the rig of a named file is reached: a machine through the service only if that drives by this very file. Another
 /// file may be of another machine, which a command of the service would not move.
 suggest::RigAccess access_of_rig_file(const std::string& file, const config::RigConfig& rig,
@@ -210,12 +176,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   std::optional<ServiceRig> service;
   if (!rig_file) {
     service = rig_of_service(command.socket, console);
-    if (service && service->change) {
-      throw UsageError(
-          fmt::format("{}, and the limits of before are in force; {}{}put it in force with eha reload, or name the rig "
-                      "file to check against with --rig",
-                      service->change->what, service->change->first, service->change->first.empty() ? "" : " "));
-    }
+    if (service) require_as_read(*service);
     if (service && access(service->file.c_str(), R_OK) != 0) service.reset();  // it checks again at the submission
     if (service) rig_file = service->file;
   }

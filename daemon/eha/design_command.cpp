@@ -2,6 +2,7 @@
 #include "daemon/eha/design_command.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -18,11 +19,13 @@
 #include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/flat_design.hpp"
 #include "daemon/eha/improvement.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
+#include "daemon/eha/service_command.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/excitation/excitation.hpp"
 
@@ -31,6 +34,7 @@ namespace {
 
 constexpr const char* kDesignFooter = R"(
 Shows what an experiment would play: peak [V], RMS [V], crest factor, fastest change [V/s], excited lines [Hz].
+The rig is that of --rig, else a running service's, else the default one; the answer names its file.
 With -o the table of volts is written as CSV (time_s,voltage_V), one row a tick.
 --from with --improve writes the experiment that minimises the standard error of a model's parameter within the rig's
 limits of voltage, slew and travel. It shows the predicted standard error, the duration and the limit that binds. On a
@@ -61,9 +65,42 @@ std::string table_csv(const Eigen::VectorXd& table_V, double step_s) {
   return record::series_csv(time_s, {"voltage", "V"}, table_V);
 }
 
+/// The command with the rig file of the service where it names none.
+DesignCommand with_rig(DesignCommand command, const Console& console) {
+  if (command.rig_file) return command;
+  const auto service = rig_of_service(command.socket, console);
+  if (!service) return command;
+  if (access(service->file.c_str(), R_OK) != 0) {
+    console.warning(fmt::format("{}, the rig file of the service: you may not read it, so that another one is taken",
+                                service->file));
+    return command;
+  }
+  require_as_read(*service);
+  command.rig_file = service->file;
+  command.is_of_service = true;
+  return command;
+}
+
 }  // namespace
 
-ExitCode execute(const DesignCommand& command, Console& console) {
+suggest::RigAccess access_of_design(const DesignCommand& command, const config::RigConfig& rig) {
+  return command.is_of_service ? access_of(DriveOptions{.socket = command.socket})
+                               : access_of_rig(rig, command.rig_file);
+}
+
+std::string limits_of_design(const DesignCommand& command, const config::RigConfig& rig) {
+  return fmt::format("for the limits of {}{}", rig.file_name,
+                     command.is_of_service ? ", the rig of the service; --rig names another rig file"
+                     : command.rig_file    ? ""
+                                           : "; --rig names another rig file");
+}
+
+std::string written_for(const std::filesystem::path& file, const DesignCommand& command, const config::RigConfig& rig) {
+  return fmt::format("written: {}, {}", file.string(), limits_of_design(command, rig));
+}
+
+ExitCode execute(const DesignCommand& given, Console& console) {
+  const DesignCommand command = with_rig(given, console);
   if (command.model_file) return design_improvement(command, console);
   if (command.band) return design_flat(command, console);
   if (!command.experiment_file) {
@@ -114,6 +151,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
 
   console.print(fmt::format("{}: {} samples of {:g} s ({:g} s), {} repetition{}", experiment.name, samples, step_s,
                             experiment.duration_s, experiment.repetitions, experiment.repetitions == 1 ? "" : "s"));
+  console.print(limits_of_design(command, rig));
   console.print(
       fmt::format("peak {:.4g} V (rig: {:g}..{:g} V), RMS {:.4g} V{}, fastest change {:.4g} V/s (rig: {:g} V/s)",
                   peak_V, rig.limits.command_min_V, rig.limits.command_max_V, rms_V,
@@ -128,7 +166,7 @@ ExitCode execute(const DesignCommand& command, Console& console) {
   }
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {experiment_file}));
+  console.next_step(suggest::run(access_of_design(command, rig), {experiment_file}));
   return ExitCode::ok;
 }
 
@@ -140,7 +178,11 @@ void add_design(CLI::App& app, ParsedLine& line) {
   sub->add_option("experiment", design.experiment_file,
                   "Experiment file (TOML); with --from it sets duration and [record] and is compared with the design")
       ->type_name("EXPERIMENT");
-  sub->add_option("--rig", design.rig_file, "Rig file whose tick and limits apply")->type_name("RIG");
+  CLI::Option* rig = sub->add_option("--rig", design.rig_file,
+                                     "Rig file whose tick and limits apply (default: the service's, else the default "
+                                     "one)")
+                         ->type_name("RIG");
+  add_socket_option(*sub, design.socket)->excludes(rig);
   sub->add_option("-o,--output", design.output,
                   "CSV file to write the table of volts to; with --from the experiment (default improve-NAME.toml)")
       ->type_name("FILE");

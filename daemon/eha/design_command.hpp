@@ -5,7 +5,10 @@
 #include <optional>
 #include <string>
 
+#include "config/rig_config.hpp"
 #include "core/error.hpp"
+#include "daemon/control/socket_path.hpp"
+#include "daemon/suggest/commands.hpp"
 #include "ident/model/model.hpp"
 
 namespace eha::cli {
@@ -13,8 +16,10 @@ namespace eha::cli {
 class Console;
 
 struct DesignCommand {
-  std::optional<std::string> experiment_file = {};  ///< none if only `model_file` is given
-  std::optional<std::string> rig_file = {};
+  std::optional<std::string> experiment_file = {};           ///< none if only `model_file` is given
+  std::optional<std::string> rig_file = {};                  ///< none: the service's, else the default one
+  std::filesystem::path socket = control::default_socket();  ///< of the service whose rig is meant without --rig
+  bool is_of_service = false;                                ///< rig_file is the service's, which nobody named
   std::optional<std::filesystem::path> output = {};
   std::optional<std::string> model_file = {};  ///< --from: writes the experiment that improves this model
   std::string parameter = {};                  ///< --improve
@@ -29,5 +34,15 @@ struct DesignCommand {
 };
 
 [[nodiscard]] ExitCode execute(const DesignCommand& command, Console& console);
+
+/// How the rig of a design is reached.
+[[nodiscard]] suggest::RigAccess access_of_design(const DesignCommand& command, const config::RigConfig& rig);
+
+/// "for the limits of /etc/ehad/rig.toml"; of a rig that was not named whose it is, and how to name another one.
+[[nodiscard]] std::string limits_of_design(const DesignCommand& command, const config::RigConfig& rig);
+
+/// "written: band.toml, for the limits of /etc/ehad/rig.toml".
+[[nodiscard]] std::string written_for(const std::filesystem::path& file, const DesignCommand& command,
+                                      const config::RigConfig& rig);
 
 }  // namespace eha::cli

@@ -155,8 +155,8 @@ ExitCode design_flat(const DesignCommand& command, Console& console) {
   }
   warn_of_dead_band(rms_V, room, console);
   console.print_json(document);
-  console.print(written_for(file, rig, command.rig_file));
-  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
+  console.print(written_for(file, command, rig));
+  console.next_step(suggest::run(access_of_design(command, rig), {file.string()}));
   return ExitCode::ok;
 }
 

@@ -255,9 +255,9 @@ ExitCode design_improvement(const DesignCommand& given, Console& console) {
     console.print(fmt::format("this experiment {}: {}", gain, better.sentence));
   }
   console.print(keeps_given ? fmt::format("{} is kept, no design is better by 5 %: nothing is written", path.string())
-                            : written_for(path, rig, command.rig_file));
+                            : written_for(path, command, rig));
   if (improves && is_playable(path, rig, console) && !(hardly && better.command)) {
-    console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {path.string()}));
+    console.next_step(suggest::run(access_of_design(command, rig), {path.string()}));
   }
   if (better.command) console.next_step(*better.command);
   return ExitCode::ok;

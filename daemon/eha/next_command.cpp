@@ -11,11 +11,13 @@
 #include <system_error>
 #include <vector>
 
+#include "config/rig_config.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/drive_options.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/run_command.hpp"
@@ -191,10 +193,11 @@ bool is_of_following(std::string_view fault) {
   return std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
 }
 
-std::string next_after_trip(std::string_view description, bool moves_machine, const suggest::RigAccess& rig) {
-  const bool scatters = description.find(acquisition::kReadingJumps) != std::string_view::npos;
-  return is_of_following(fault_name(description)) && !moves_machine && !scatters ? suggest::characterise(rig)
-                                                                                 : suggest::read(rig);
+std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,
+                            const suggest::RigAccess& rig) {
+  const bool is_simulated = of_run != nullptr && !hal::moves_machine(of_run->backend);
+  if (!is_simulated || !may_be_of_following(description)) return suggest::read(rig);
+  return of_run->limits.following ? suggest::without_following(rig) : suggest::characterise(rig);
 }
 
 namespace {

@@ -74,11 +74,13 @@ struct RunCommand;
 /// Whether a fault, by its name, may come from a wrong [following].
 [[nodiscard]] bool is_of_following(std::string_view fault);
 
-/// Returns the command that looks for the cause of a placing's trip: `eha read`, which shows whether the sensor follows
-/// the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as [following] says,
-/// `eha characterise`, which measures that.
+/// Returns the command that looks for the cause of a placing's or a valve sheet's trip: `eha read`, which shows whether
+/// the sensor follows the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as
+/// [following] says, the copy of its file without it, whose Next measures the valve; `eha characterise` begins with such
+/// a placing, and would trip like it.
 /// @param description  of the run's end
-[[nodiscard]] std::string next_after_trip(std::string_view description, bool moves_machine,
+/// @param of_run       the rig that it moved; null: not known
+[[nodiscard]] std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,
                                           const suggest::RigAccess& rig);
 
 /// `eha fit RUN`; nothing for a record that is too short to fit, as one that ends within the discarded time, whose

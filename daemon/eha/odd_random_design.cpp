@@ -105,8 +105,8 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
                       {"amplitude_V", amplitude_V},
                       {"rms_V", rms_V},
                       {"binding", binding.name}});
-  console.print(written_for(file, rig, command.rig_file));
-  console.next_step(suggest::run(access_of_rig(rig, command.rig_file), {file.string()}));
+  console.print(written_for(file, command, rig));
+  console.next_step(suggest::run(access_of_design(command, rig), {file.string()}));
   return ExitCode::ok;
 }
 

@@ -18,6 +18,7 @@
 #include "daemon/eha/commands.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/length_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"
 #include "daemon/eha/rod_text.hpp"
@@ -170,6 +171,7 @@ void require_within_limits(const PlaceCommand& command, double target_in, const 
 }
 
 ExitCode execute(const PlaceCommand& command, Console& console) {
+  console.set_rig(access_of(command));
   const std::string where = fmt::format("{}", fmt::join(command.words, " "));
   const std::optional<double> length_in = inches_of(where);
   if (!length_in) {

@@ -12,6 +12,7 @@
 
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
+#include "daemon/control/client.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/rig/arming.hpp"
@@ -54,12 +55,6 @@ config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file
   return config::load_rig(found->string());
 }
 
-std::string written_for(const std::filesystem::path& file, const config::RigConfig& rig,
-                        const std::optional<std::string>& rig_file) {
-  return fmt::format("written: {}, for the limits of {}{}", file.string(), rig.file_name,
-                     rig_file ? "" : "; --rig names another rig file");
-}
-
 bool default_rig_moves_machine() {
   try {
     return hal::moves_machine(load_rig_or_default({}).backend);
@@ -98,6 +93,37 @@ std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(socket, ignored)) return std::nullopt;
+  try {
+    control::Client client(socket);
+    const nlohmann::ordered_json status = client.call("status");
+    ServiceRig found{.file = status.at("rig").at("file"),
+                     .name = status.at("rig").at("name"),
+                     .moves = status.at("rig").at("moves"),
+                     .place_in = std::nullopt};
+    found.change = change_since_read(status.at("rig"));
+    const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
+    found.is_moving = !status.at("run").is_null();
+    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
+      found.place_in = rod.at("displacement_in");
+    }
+    return found;
+  } catch (const Error& error) {
+    console.debug(error.what());
+    return std::nullopt;
+  }
+}
+
+void require_as_read(const ServiceRig& service) {
+  if (!service.change) return;
+  throw UsageError(
+      fmt::format("{}, and the limits of before are in force; {}{}put it in force with eha reload, or name a rig file "
+                  "with --rig",
+                  service.change->what, service.change->first, service.change->first.empty() ? "" : " "));
 }
 
 void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console) {

@@ -19,10 +19,6 @@ namespace eha::cli {
 /// @throws UsageError  there is none; ConfigError, PermissionError as config::load_rig
 [[nodiscard]] config::RigConfig load_rig_or_default(const std::optional<std::string>& rig_file);
 
-/// "written: band.toml, for the limits of /etc/ehad/rig.toml"; of a rig that was not named how to name another one.
-[[nodiscard]] std::string written_for(const std::filesystem::path& file, const config::RigConfig& rig,
-                                      const std::optional<std::string>& rig_file);
-
 /// Whether a local run without --rig would move a machine; true where the default rig file cannot be read.
 [[nodiscard]] bool default_rig_moves_machine();
 
@@ -36,6 +32,22 @@ struct FileChange {
 /// force than a reader believes. None where they are equal, or where this user cannot read the file.
 /// @param rig  of the service's status
 [[nodiscard]] std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig);
+
+/// The rig of a running service and the position of its rod.
+struct ServiceRig {
+  std::string file;
+  std::string name;
+  bool moves = false;  ///< a machine
+  std::optional<double> place_in;
+  std::optional<FileChange> change = {};  ///< since the service read it
+  bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
+};
+
+/// None if no service answers.
+[[nodiscard]] std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console);
+
+/// @throws UsageError  the service's file is not the one that it has read: other limits are in force
+void require_as_read(const ServiceRig& service);
 
 /// Warns of such a file before a motion: other limits may be in force than a reader of the file believes.
 void warn_if_edited(const nlohmann::ordered_json& rig, const std::filesystem::path& socket, const Console& console);

@@ -84,11 +84,8 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
     explain_ended_trial(run.folder, rig.units, TrackFiles::write, console, remedy);
   } else if (remedy) {
     console.next_step(*remedy);
-  } else if (run.only_placed && code == ExitCode::safety_trip) {
-    console.next_step(
-        next_after_trip(acquisition::describe(run.report, unit), hal::moves_machine(rig.backend), console.rig()));
-  } else if (characterises && code == ExitCode::safety_trip) {
-    console.next_step(suggest::read(console.rig()));
+  } else if ((run.only_placed || characterises) && code == ExitCode::safety_trip) {
+    console.next_step(next_after_trip(acquisition::describe(run.report, unit), &rig, console.rig()));
   } else if (characterises && code == ExitCode::deadline) {
     console.next_step("eha doctor");
   } else if (has_page) {

@@ -130,8 +130,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
         fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
   }
   const bool has_other_valve = !folder.empty() && !is_done && explain_trip(folder, console);
-  const std::string after_trip =
-      remedy.value_or(has_other_valve ? suggest::characterise(console.rig()) : suggest::read(console.rig()));
+  // A placing and a valve sheet trip again with the same [following]; of a machine the sensor is looked at first.
+  const bool is_of_table = command.text && has_following && !rig.value("moves", true) && may_be_of_following(note);
+  const std::string after_trip = remedy.value_or(is_of_table       ? suggest::without_following(console.rig())
+                                                 : has_other_valve ? suggest::characterise(console.rig())
+                                                                   : suggest::read(console.rig()));
   const bool is_ended_trial =
       !folder.empty() && purpose_of(folder, console) == record::Purpose::tracking && !has_completed(entry);
   if (is_ended_trial) {

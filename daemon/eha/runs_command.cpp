@@ -30,7 +30,6 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
 #include "daemon/sheet/run_sheet.hpp"
-#include "hal/backends/backend.hpp"
 
 namespace eha::cli {
 namespace {
@@ -247,14 +246,14 @@ bool is_of_rod(std::string_view description) {
          std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });
 }
 
-/// Whether a run moved a machine; so does one whose rig file cannot be read.
-bool moves_machine(const Json& manifest) {
+/// The rig of a run; none where its file cannot be read.
+std::optional<config::RigConfig> rig_of(const Json& manifest) {
   try {
-    return hal::moves_machine(config::parse_rig(manifest.at("rig").at("text").get<std::string>(), "run.json").backend);
+    return config::parse_rig(manifest.at("rig").at("text").get<std::string>(), "run.json");
   } catch (const Json::exception&) {
-    return true;
+    return std::nullopt;
   } catch (const Error&) {
-    return true;
+    return std::nullopt;
   }
 }
 
@@ -274,7 +273,8 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
     const bool is_wanted = *manifest.outcome == acquisition::Outcome::interrupted ||
                            fault_name(fault) == acquisition::to_text(acquisition::Fault::second_stop);
     if (is_wanted) return {through(command.socket, "eha status")};
-    return {is_of_rod(fault) ? next_after_trip(fault, moves_machine(manifest.other), rig) : "eha doctor"};
+    const auto of_run = rig_of(manifest.other);
+    return {is_of_rod(fault) ? next_after_trip(fault, of_run ? &*of_run : nullptr, rig) : "eha doctor"};
   }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};

@@ -36,6 +36,7 @@ std::vector<std::pair<std::string, std::string>> whole_commands(const RigAccess&
   return {{"eha characterise", characterise(rig)},
           {"eha characterise --without-following -o rig-bare.toml", without_following(rig)},
           {"eha read", read(rig)},
+          {"eha calibrate", calibrate(rig)},
           {"eha track", rig.controller.empty() ? std::string() : track(rig, rig.controller)}};
 }
 
@@ -152,10 +153,19 @@ std::string sheet_into_rig_file(const RigAccess& rig, const std::string& run) {
   return command;
 }
 
-std::string read(const RigAccess& rig) {
-  if (!rig.is_local) return through(rig.socket, "eha read");
-  return "eha read --local" + (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
+namespace {
+
+/// A command that reads the rig and moves nothing.
+std::string reading(const RigAccess& rig, std::string command) {
+  if (!rig.is_local) return through(rig.socket, std::move(command));
+  return command + " --local" + (rig.rig_file.empty() ? std::string() : " --rig " + shell_word(rig.rig_file));
 }
+
+}  // namespace
+
+std::string read(const RigAccess& rig) { return reading(rig, "eha read"); }
+
+std::string calibrate(const RigAccess& rig) { return reading(rig, "eha calibrate"); }
 
 std::string track(const RigAccess& rig, const std::string& controller) {
   return driven(rig, "eha track " + shell_word(controller), true);

@@ -48,6 +48,9 @@ struct RigAccess {
 /// `eha read`: the rod and its sensor.
 [[nodiscard]] std::string read(const RigAccess& rig);
 
+/// `eha calibrate`: scale and offset of the sensor by a ruler.
+[[nodiscard]] std::string calibrate(const RigAccess& rig);
+
 /// `eha track CONTROLLER`: the trial of a controller.
 [[nodiscard]] std::string track(const RigAccess& rig, const std::string& controller);
 
@@ -60,7 +63,7 @@ struct RigAccess {
 /// A command of the service, with its socket unless that is the default one.
 [[nodiscard]] std::string through(const std::string& socket, std::string command);
 
-/// Completes commands that a text names in short, between backticks: `eha characterise`, `eha read`, `eha track`, and
+/// Completes commands that a text names in short, between backticks: `eha characterise`, `eha read`, `eha calibrate`, `eha track`, and
 /// "then `eha tune`" or ": `eha tune`", each as the functions above make it, a local `eha tune` with the rig file that
 /// an `eha characterise` of the same text writes, and `eha fit --model NAME`, which gets the record. `eha track` needs
 /// a controller, `eha tune` a model; without it the name stays.

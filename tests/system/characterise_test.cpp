@@ -218,11 +218,11 @@ TEST(CharacteriseWithAWrongNull, SaysHowTheValveIsMeasuredWithoutFollowing) {
     ASSERT_NE(plot, std::string::npos) << placed.err;
     const std::string run = placed.err.substr(plot + 10, placed.err.find('`', plot + 1) - plot - 10);
     EXPECT_EQ(run_eha({"plot", run, "-o", "way.svg"}, folder.path()).code, 0) << run;
-    folder.write("rig-new.toml", "");
+    folder.write("rig-bare.toml", "");
     EXPECT_NE(run_eha({"goto", "60mm", "--local", "--fast", "--rig", "rig.toml"}, folder.path())
-                  .out.find("Next: eha characterise -o rig-new-2.toml"),
+                  .out.find("Next: eha characterise --without-following -o rig-bare-2.toml"),
               std::string::npos);
-    fs::remove(folder.path() / "rig-new.toml");
+    fs::remove(folder.path() / "rig-bare.toml");
   }
   std::string text = rig_with_null("0.9");
   const std::size_t first = text.find("[following]");

@@ -156,6 +156,17 @@ TEST(CopiedCommands, CompareRecordsAsTheyWereRead) {
             std::string::npos);
 }
 
+TEST(CheckedRig, SaysWhatItsLimitsLeaveUnwatched) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::string check = "frozen_sensor_s = 0.5 ";
+  rig.replace(rig.find(check), check.size(), "frozen_sensor_s = 0 ");
+  folder.write("rig.toml", rig);
+  const Ended ended = run_eha({"check", "rig.toml"}, folder.path());
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.err.find("warning: limits.frozen_sensor_s is off"), std::string::npos) << ended.err;
+}
+
 TEST(CopiedCommands, TakeNoCommandFromAModelFile) {
   const TemporaryFolder folder;
   folder.write("gap.csv", record_of_lag(1.3, true));

@@ -202,7 +202,9 @@ TEST_F(ServicePlace, TripsOnASensorThatDoesNotFollow) {
   EXPECT_EQ(jog.code, static_cast<int>(ExitCode::safety_trip)) << jog.err;
   EXPECT_NE(jog.err.find("no_motion"), std::string::npos) << jog.err;
   EXPECT_NE(jog.err.find("` measures both"), std::string::npos) << jog.err;
-  EXPECT_NE(jog.out.find("Next: eha read --socket " + daemon_.socket().string()), std::string::npos)
+  EXPECT_NE(jog.out.find("Next: eha characterise --without-following -o rig-bare.toml --fast --socket " +
+                         daemon_.socket().string() + "\n"),
+            std::string::npos)
       << jog.out << "whoever copies the next step after a trip moves nothing";
   EXPECT_NE(jog.err.find("the rig is disarmed"), std::string::npos) << jog.err;
   EXPECT_EQ(client.call("status").at("state"), "faulted");
@@ -284,8 +286,36 @@ TEST_F(ServicePlace, EndsALocalTripWithWhatToDo) {
   std::ofstream(daemon_.rig_file()) << rig;
   const Ended ended = run_eha({"goto", "60mm", "--local", "--fast", "--rig", daemon_.rig_file()}, daemon_.folder());
   EXPECT_EQ(ended.code, static_cast<int>(ExitCode::safety_trip)) << ended.err;
-  EXPECT_NE(ended.out.find("Next: eha characterise -o rig-new.toml --local --fast --rig "), std::string::npos)
-      << ended.out;
+  // A measurement with the same [following] would trip like it.
+  const std::string next = "Next: eha characterise --without-following -o rig-bare.toml --local --fast --rig " +
+                           daemon_.rig_file().string() + "\n";
+  EXPECT_NE(ended.out.find(next), std::string::npos) << ended.out;
+  const Ended sheet = run_eha({"characterise", "--local", "--fast", "--rig", daemon_.rig_file()}, daemon_.folder());
+  EXPECT_EQ(sheet.code, static_cast<int>(ExitCode::safety_trip)) << sheet.err;
+  EXPECT_NE(sheet.out.find(next), std::string::npos) << sheet.out;
+  const auto step = [&](const std::vector<std::string>& words) {
+    const Ended played = run_eha(words, daemon_.folder());
+    EXPECT_EQ(played.code, 0) << played.err;
+    return played.out;
+  };
+  EXPECT_NE(step({"characterise", "--without-following", "-o", "rig-bare.toml", "--local", "--fast", "--rig",
+                  daemon_.rig_file()})
+                .find("Next: eha characterise -o rig-new.toml --local --fast --rig rig-bare.toml\n"),
+            std::string::npos);
+  (void)step({"characterise", "-o", "rig-new.toml", "--local", "--fast", "--rig", "rig-bare.toml"});
+  (void)step({"goto", "60mm", "--local", "--fast", "--rig", "rig-new.toml"});
+}
+
+TEST_F(ServicePlace, NamesTheRigOfARodBeyondALimit) {
+  std::string rig = content_of(daemon_.rig_file());
+  const std::string start = "initial_displacement_in = 2.95 ";
+  rig.replace(rig.find(start), start.size(), "initial_displacement_in = 5.85 ");
+  std::ofstream(daemon_.folder() / "beyond.toml") << rig;
+  const Ended ended = run_eha({"goto", "60mm", "--local", "--fast", "--rig", "beyond.toml"}, daemon_.folder());
+  EXPECT_EQ(ended.code, static_cast<int>(ExitCode::usage)) << ended.err;
+  EXPECT_NE(ended.err.find("`eha read --local --rig beyond.toml`, `eha calibrate --local --rig beyond.toml`"),
+            std::string::npos)
+      << ended.err;
 }
 
 TEST_F(ServicePlace, NamesTheNewestSheetWhereAnotherNullTripped) {

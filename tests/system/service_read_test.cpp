@@ -48,6 +48,38 @@ TEST(Read, SeesTheRodOfARigThatIsNotDriven) {
   EXPECT_NE(status.out.find("0.150 [===="), std::string::npos) << status.out;
 }
 
+TEST(Design, IsForTheRigOfTheService) {
+  Daemon daemon;
+  std::string rig = content_of(daemon.rig_file());
+  const std::string limit = "command_max_V = 5.0 ";
+  rig.replace(rig.find(limit), limit.size(), "command_max_V = 1.0 ");
+  std::ofstream(daemon.rig_file()) << rig;
+  daemon.start();
+  const std::string socket = daemon.socket().string();
+  const std::string file = daemon.rig_file().string();
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--odd-random"}}) {
+    std::vector<std::string> words{"design", "--band", "0.1:1", "--socket", socket};
+    words.insert(words.end(), more.begin(), more.end());
+    const Ended made = run_eha(words, daemon.folder());
+    EXPECT_EQ(made.code, 0) << made.err;
+    EXPECT_NE(made.out.find("written: band.toml, for the limits of " + file + ", the rig of the service; --rig names"),
+              std::string::npos)
+        << made.out;
+    EXPECT_NE(made.out.find("Next: eha run band.toml --socket " + socket + "\n"), std::string::npos) << made.out;
+  }
+  const Ended shown = run_eha({"design", "band.toml", "--socket", socket}, daemon.folder());
+  EXPECT_NE(shown.out.find("for the limits of " + file + ", the rig of the service"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("(rig: -5..1 V)"), std::string::npos) << shown.out;
+  const Ended named =
+      run_eha({"design", "--band", "0.1:1", "--rig", source_file("config/rigs/sim.toml")}, daemon.folder());
+  EXPECT_EQ(named.out.find("of the service"), std::string::npos) << named.out;
+  std::ofstream(daemon.rig_file(), std::ios::app) << "# a remark\n";
+  const Ended edited = run_eha({"design", "--band", "0.1:1", "--socket", socket}, daemon.folder());
+  EXPECT_EQ(edited.code, static_cast<int>(ExitCode::usage)) << edited.out;
+  EXPECT_NE(edited.err.find("put it in force with eha reload, or name a rig file with --rig"), std::string::npos)
+      << edited.err;
+}
+
 TEST(Read, RefusesAnotherRigWhereTheNamedServiceIsGone) {
   const std::string said = output_of_shell("EHA_SOCKET=/nowhere/ehad.sock " EHA_PROGRAM " read 2>&1; echo code $?");
   EXPECT_NE(said.find("/nowhere/ehad.sock"), std::string::npos) << said;

@@ -78,6 +78,7 @@ TEST_F(NextOfBatch, ComparesModelsOfRecordsThatOnlyOptionsRead) {
   const std::string command = next_of(judged, {"--model", "io", "--period=0.01"});
   EXPECT_EQ(command.find(".csv"), std::string::npos) << command;
   EXPECT_TRUE(command.ends_with("records/0002/models/io.json")) << command;
+  EXPECT_TRUE(next_of(judged, {"--input-late", "2"}).ends_with("records/0002/models/io.json"));
 }
 
 TEST_F(NextOfBatch, FitsARecordThatIsNotComparedAsTheBatchDid) {
