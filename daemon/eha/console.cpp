@@ -161,15 +161,19 @@ void Console::next_step(std::string_view command) const {
 
 void Console::show_run(std::string_view line) {
   if (bar_wanted_) {
-    winsize size{};
-    const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-    const std::size_t width = is_known ? size.ws_col - 1U : 79U;
-    // Carriage return, then erase to the end of the line (ECMA-48 EL).
-    std::cerr << "\r" << terminal_text(line.substr(0, width)) << "\x1b[K" << std::flush;
-    bar_drawn_ = true;
-    return;
+    draw_bar(line);
+  } else {
+    say_now_and_then(line);
   }
-  say_now_and_then(line);
+}
+
+void Console::draw_bar(std::string_view line) {
+  winsize size{};
+  const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  const std::size_t width = is_known ? size.ws_col - 1U : 79U;
+  // Carriage return, then erase to the end of the line (ECMA-48 EL). A line that wraps would stay.
+  std::cerr << "\r" << terminal_text(line.substr(0, width)) << "\x1b[K" << std::flush;
+  bar_drawn_ = true;
 }
 
 void Console::say_now_and_then(std::string_view line) {
@@ -196,16 +200,12 @@ void Console::progress(double share, std::string_view text) {
   const double taken_s = std::chrono::duration<double>(now - bar_begun_).count();
   // An earlier estimate would fluctuate.
   const bool is_known = taken_s > 2.0 && share > 0.05 && share < 1.0;
-  const std::string left = is_known ? fmt::format(", {:.0f} s left", taken_s * (1.0 - share) / share) : "";
+  const std::string left = is_known ? fmt::format(", {:.0f} s left,", taken_s * (1.0 - share) / share) : "";
   constexpr int kWidth = 30;
   const int filled = static_cast<int>(std::lround(kWidth * std::clamp(share, 0.0, 1.0)));
   const std::string bar =
       std::string(static_cast<std::size_t>(filled), '#') + std::string(static_cast<std::size_t>(kWidth - filled), '.');
-  // Carriage return, then erase to the end of the line (ECMA-48 EL).
-  std::cerr << fmt::format("\r[{}] {:3.0f} % {}{}\x1b[K", bar, 100.0 * std::clamp(share, 0.0, 1.0), terminal_text(text),
-                           left)
-            << std::flush;
-  bar_drawn_ = true;
+  draw_bar(fmt::format("[{}] {:3.0f} %{} {}", bar, 100.0 * std::clamp(share, 0.0, 1.0), left, text));
 }
 
 std::function<void(double, const std::string&)> Console::progress_callback() {

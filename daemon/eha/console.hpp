@@ -102,6 +102,8 @@ class Console {
   void flush() const;
 
  private:
+  /// Draws a line on the terminal that the next one replaces, cut to its width.
+  void draw_bar(std::string_view line);
   /// Prints a message every 30 s where there is no terminal, the first after 30 s.
   void say_now_and_then(std::string_view line);
 

@@ -329,12 +329,17 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   IdentificationTask other = task;
   ++other.options.seed;
   other.ladder.search = ident::Search::global;
-  keep_closer(identification, fit_once(other, progress), task);
+  const Progress anew = progress_for(
+      fmt::format("no model passes its checks: all are fitted again from other starts (seed {})", other.options.seed),
+      "other starts", progress);
+  keep_closer(identification, fit_once(other, anew), task);
   end_round(fmt::format("other starts (seed {})", other.options.seed), reason);
   if (!identification.rounds.back().accepted && !is_ladder && comparisons.ladder == Comparisons::Ladder::include) {
     reason = identification.recommendation.reason;
     task.structures.clear();
-    add_climbed(identification, fit_once(task, progress), task);
+    const Progress ladder =
+        progress_for("no asked model passes its checks: the ladder of structures is fitted", "the ladder", progress);
+    add_climbed(identification, fit_once(task, ladder), task);
     end_round("the ladder of structures", reason);
   }
   if (identification.rounds.back().accepted) {
@@ -486,7 +491,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   const FitTask fit = [&](const IdentificationTask& other_task) {
     return fit_in_rounds(source, other_task, comparisons, progress);
   };
-  const std::optional<WrongInput> wrong = wrong_input(source, named, identification);
+  const std::optional<WrongInput> wrong = wrong_input(source, named, identification, progress);
   // What a wrong input leaves over looks like a drift, friction or more poles.
   if (wrong) reject_for(*wrong, named, identification);
   const std::optional<WithoutTrend> straight = wrong ? std::nullopt : without_trend(named, identification, fit);
@@ -497,7 +502,7 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
   const std::string later = wrong ? std::string() : leave_out_moving_start(judged, identification, fit);
-  if (!wrong) try_other_structures(judged, identification);
+  if (!wrong) try_other_structures(judged, identification, progress);
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (standing) identification.warnings.push_back(standing->sentence);

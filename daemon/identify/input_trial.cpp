@@ -289,7 +289,7 @@ std::optional<WrongInput> of_exchanged_columns(const Source& source, const Ident
 }  // namespace
 
 std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
-                                      const Identification& identification) {
+                                      const Identification& identification, const Progress& progress) {
   // A loop has no input to mend, and the copy of a run's record the run's own.
   if (!task.loop.empty() || source.is_closed_loop || source.is_of_run) return std::nullopt;
   // Of exchanged columns a later input explains more, too.
@@ -302,8 +302,13 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   if (first != nullptr && !misses_something(first->result.model)) return std::nullopt;
   const std::vector<const IdentifiedModel*> bases = bases_of(identification);
   if (bases.empty()) return std::nullopt;
+  const auto say = [&](double share, const char* what) {
+    if (progress) progress(share, std::string("testing whether the input's column ") + what);
+  };
+  say(0.0, "froze or is clipped");
   if (auto found = of_frozen_input(task, bases)) return found;
   if (auto found = of_clipped_input(source, task, bases)) return found;
+  say(0.5, "comes late");
   return of_late_input(source, task, bases);
 }
 

@@ -24,7 +24,8 @@ struct WrongInput {
 /// Cost, none where the model passes: of two models each, four local searches on 20 000 rows, up to 16 where a shift
 /// helps, four more where it may be clipped, and two on the whole record where it may have frozen.
 [[nodiscard]] std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
-                                                    const Identification& identification);
+                                                    const Identification& identification,
+                                                    const Progress& progress = {});
 
 /// Judges the models anew, each of which is rejected for it, and chooses again.
 void reject_for(const WrongInput& wrong, const IdentificationTask& task, Identification& identification);

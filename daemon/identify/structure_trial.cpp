@@ -380,7 +380,7 @@ void note_on_models(const Trial& trial, Identification& identification) {
 
 }  // namespace
 
-void try_other_structures(const IdentificationTask& task, Identification& identification) {
+void try_other_structures(const IdentificationTask& task, Identification& identification, const Progress& progress) {
   if (task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostSimulatedRows) return;
   if (!task.slow_rows.empty() || !task.loop.empty()) return;
   std::set<const ident::GreyBoxKind*> kinds;
@@ -399,8 +399,15 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (!best || ident::shown_mse(trial->model) < ident::shown_mse(best->model)) best = std::move(trial);
   };
   bool any = false;
+  const double trials = static_cast<double>(kinds.size()) + 2.0;  // more poles, and a limit of the input
+  double begun = 0.0;
+  const auto say = [&](const std::string& what) {
+    if (progress && begun <= 0.0) progress(0.0, "what the models leave over: structures beside the ladder are tried\n");
+    if (progress) progress(begun++ / trials, "trying " + what);
+  };
   const ident::PreparedRecord prepared(task.record, task.options);
   for (const ident::GreyBoxKind* kind : kinds) {
+    say(std::string(kind->effect));
     double most_mse = 0.0;
     for (const IdentifiedModel& one : identification.models) {
       if (may_be_explained_by(*kind, one.result.model, first))
@@ -423,10 +430,12 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
   }
   const bool is_explained = best && !misses_a_part(*best->model.verdict);
   if (first != nullptr && !is_explained && wants_more_poles(*first) && !is_made_by_map(identification, *first)) {
+    say("more poles");
     std::optional<Trial> trial = trial_of_more_poles(task, prepared, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   }
   if (first != nullptr && !best && may_saturate(*first)) {
+    say("an input that saturates");
     std::optional<Trial> trial = trial_of_saturation(task, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   }

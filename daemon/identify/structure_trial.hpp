@@ -16,6 +16,8 @@ namespace eha::identify {
 /// advise it. The models stay the same, and so does the recommended one. Nothing by the paper's procedure, of rows that
 /// are too slow, of a record in closed loop, and for records of more than 200 000 rows. Cost: a fit of each structure
 /// where a model asks for it; else none.
-void try_other_structures(const IdentificationTask& task, Identification& identification);
+/// @param progress  told which structure is tried, and why
+void try_other_structures(const IdentificationTask& task, Identification& identification,
+                          const Progress& progress = {});
 
 }  // namespace eha::identify

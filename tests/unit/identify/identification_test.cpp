@@ -87,6 +87,33 @@ TEST(Identify, FitsAndJudgesEachStructureAndTellsItsProgress) {
   EXPECT_EQ(steps[1].second.back(), '\n') << "a result stays on a terminal";
 }
 
+TEST(Identify, SaysWhyItGoesOnWhereNoModelPasses) {
+  Source source = lag_source();
+  // A walk that has nothing to do with the input.
+  double place = 0.0;
+  std::uint64_t state = 7;
+  for (Eigen::Index k = 0; k < source.record.output.size(); ++k) {
+    state = state * 6364136223846793005U + 1442695040888963407U;
+    source.record.output[k] = place += static_cast<double>(state >> 40U) / static_cast<double>(1U << 24U) - 0.5;
+  }
+  std::vector<std::string> steps;
+  const Identification found =
+      identify(source, task_with_one_pole(source), {}, [&](double, const std::string& step) { steps.push_back(step); });
+  ASSERT_FALSE(is_accepted(found.models.front()));
+  const auto place_of = [&](const std::string& begin) {
+    return std::find_if(steps.begin(), steps.end(), [&](const std::string& s) { return s.starts_with(begin); }) -
+           steps.begin();
+  };
+  const auto end = static_cast<std::ptrdiff_t>(steps.size());
+  const auto anew = place_of("no model passes its checks: all are fitted again from other starts (seed 2)\n");
+  const auto again = place_of("other starts: fitting lag to 600 rows");
+  const auto input = place_of("testing whether the input's column comes late");
+  const auto beside = place_of("what the models leave over: structures beside the ladder are tried\n");
+  const auto trying = place_of("trying ");
+  EXPECT_TRUE(anew < again && again < input && input < beside && beside < trying && trying < end)
+      << anew << ' ' << again << ' ' << input << ' ' << beside << ' ' << trying << ' ' << end;
+}
+
 TEST(Identify, SaysOfAPieceThatManyCurvesFollowIt) {
   Source source = lag_source();
   // 3 s of a tone of 4 s.
