@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -109,6 +110,12 @@ std::string names_apart(const Row& row) {
   return text;
 }
 
+/// The name of a record's file or run; its whole path is in the provenance.
+std::string shown_name(const Record& record) {
+  const std::filesystem::path source = std::filesystem::path(record.source).lexically_normal();
+  return (source.has_filename() ? source : source.parent_path()).filename().string();
+}
+
 std::string records_table(const Table& table) {
   const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
   std::vector<std::vector<std::string>> rows;
@@ -119,8 +126,9 @@ std::string records_table(const Table& table) {
       if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
     }
     RowFigures figures = row.figures;
-    rows.push_back({row.record.id, row.record.source, row.recommended, grade_of(row), std::move(figures.fit_percent),
-                    std::move(figures.error), std::move(figures.form), names_apart(row), std::move(missing)});
+    rows.push_back({row.record.id, shown_name(row.record), row.recommended, grade_of(row),
+                    std::move(figures.fit_percent), std::move(figures.error), std::move(figures.form), names_apart(row),
+                    std::move(missing)});
   }
   using report::Column;
   return report::table({{"record", Column::name},
@@ -273,7 +281,7 @@ report::Page page_of(const Table& table, const std::string& next) {
   }
   std::vector<std::string> reasons;
   for (const Row& row : table.rows) {
-    if (!row.judged) reasons.push_back(fmt::format("{}: {}", row.record.source, row.reason));
+    if (!row.judged) reasons.push_back(fmt::format("{}: {}", shown_name(row.record), row.reason));
   }
   report::Section failures{.title = "Not judged"};
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});

@@ -72,13 +72,22 @@ const ParameterEstimate* parameter(const Model& model, const Which& which) {
   return found == model.parameters.end() ? nullptr : &*found;
 }
 
-/// A figure with half the 95 % interval of the estimated parameter that it is; else, or for an empty sign, alone.
+/// A figure with half its 95 % interval or, for an empty sign, alone and rounded alike.
+/// @param half_width  none, or no finite number: not known
+std::string with_known(double value, std::optional<double> half_width, const std::string& otherwise,
+                       std::string_view plus_minus) {
+  if (!half_width || !(*half_width > 0.0) || !std::isfinite(*half_width)) return otherwise;
+  if (!plus_minus.empty()) return with_half_width(value, *half_width, plus_minus);
+  return *half_width > std::abs(value) ? otherwise : rounded_to(value, *half_width);
+}
+
+/// The same of an estimated parameter.
 /// @param of  null: no parameter   @param factor  of the parameter, for its unit
 std::string figure_text(double value, int digits, const ParameterEstimate* of, std::string_view plus_minus,
                         double factor = 1.0) {
-  const double half_width = of == nullptr || of->fixed ? 0.0 : factor * half_width95(*of);
-  const bool is_shown = !plus_minus.empty() && half_width > 0.0 && std::isfinite(half_width);
-  return is_shown ? with_half_width(value, half_width, plus_minus) : fmt::format("{:.{}g}", value, digits);
+  const bool is_known = of != nullptr && !of->fixed;
+  return with_known(value, is_known ? std::optional(factor * half_width95(*of)) : std::nullopt,
+                    fmt::format("{:.{}g}", value, digits), plus_minus);
 }
 
 /// The derivative of a figure by the coefficient of a term.
@@ -139,13 +148,6 @@ std::optional<double> root_half_width(const Model& model, const std::vector<Term
   return half_width(model, figure, slopes);
 }
 
-/// A figure with half its 95 % interval, where that and the sign are known.
-std::string with_known(double value, std::optional<double> half_width, const std::string& otherwise,
-                       std::string_view plus_minus) {
-  const bool is_shown = half_width && *half_width > 0.0 && std::isfinite(*half_width) && !plus_minus.empty();
-  return is_shown ? with_half_width(value, *half_width, plus_minus) : otherwise;
-}
-
 /// "; T = 0.12 s; f0 = 2.1 Hz, D = 0.3". @param real  the name of a real root's time constant
 std::string roots_text(const Model& model, const std::vector<Term>& terms, const char* real, const char* pair,
                        std::string_view plus_minus, std::optional<double> left_out_s = {}) {
@@ -157,10 +159,10 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
     const bool is_lag = std::abs(root.imag()) <= 1e-7 * size && root.real() < 0.0 && real == std::string_view("T");
     const std::string unseen = unseen_text(model, size, is_lag);
     // What the record does not show has no interval; of a lag it shows the delay.
-    const std::string_view sign = unseen.empty() || is_lag ? plus_minus : std::string_view();
+    const bool is_seen = unseen.empty() || is_lag;
     const auto shown = [&](double figure, int digits, const auto& slope) {
-      return with_known(figure, root_half_width(model, terms, root, figure, slope),
-                        fmt::format("{:.{}g}", figure, digits), sign);
+      return with_known(figure, is_seen ? root_half_width(model, terms, root, figure, slope) : std::nullopt,
+                        fmt::format("{:.{}g}", figure, digits), plus_minus);
     };
     if (std::abs(root.imag()) <= 1e-7 * size) {
       const double time_s = -1.0 / root.real();
@@ -171,7 +173,7 @@ std::string roots_text(const Model& model, const std::vector<Term>& terms, const
       text +=
           fmt::format("; {} = {} s{}", real,
                       itself != nullptr
-                          ? figure_text(time_s, 4, itself, sign)
+                          ? figure_text(time_s, 4, is_seen ? itself : nullptr, plus_minus)
                           : shown(time_s, 4, [&](std::complex<double> move) { return time_s * time_s * move.real(); }),
                       unseen);
     } else if (root.imag() > 0.0) {

@@ -15,7 +15,8 @@ namespace eha::ident {
 /// Where the model has a parameter K of another size, because its denominator does not end in 1, the gain is K/a0.
 /// A grey box comes first, with its values: "friction: gain 0.181 m/(V s), lag_s 0.465 s, friction 0.616 V; its linear
 /// form: K = ...".
-/// @param plus_minus  before half the 95 % interval of K, T and dead time where it is known; empty: without it
+/// @param plus_minus  before half the 95 % interval of K, T and dead time where it is known; empty: without it, each
+/// figure rounded as with it
 /// @returns empty for a model with a fractional order, or without a gain
 [[nodiscard]] std::string engineering_form(const Model& model, std::string_view plus_minus = {});
 

@@ -121,5 +121,29 @@ TEST_F(NextOfBatch, LetsALongNameOnThePageBreakSoThatTheReasonsColumnHasRoom) {
   EXPECT_NE(html.find("td.name { overflow-wrap: anywhere;"), std::string::npos);
 }
 
+TEST_F(NextOfBatch, PageNamesRunsAndFilesAndGivesTheirFoldersOnce) {
+  Batch batch{rules_of({}), {}};
+  const std::vector<std::string> sources{"/home/meier/bench/runs/20261123T101500Z-paper",
+                                         "/home/meier/bench/logs/gone.csv"};
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const std::string id = fmt::format("{:04}", i + 1);
+    batch.records.push_back({.id = id, .source = sources[i], .sha256 = id});
+  }
+  BatchFolder folder(folder_.path() / "named", batch);
+  folder.claim({});
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    (void)folder.work_folder(batch.records[i]);
+    folder.publish(batch.records[i], result_of(i == 0 ? Judged{} : Judged{.failure = "eha: error: no such file"}));
+  }
+  const std::string html = page_of(table_of(folder), "").html;
+  EXPECT_NE(html.find(">20261123T101500Z-paper<"), std::string::npos) << html;
+  EXPECT_NE(html.find("gone.csv: "), std::string::npos) << html;
+  for (const std::string& source : sources) {
+    const std::size_t at = html.find(source);
+    ASSERT_NE(at, std::string::npos) << source;
+    EXPECT_EQ(html.find(source, at + 1), std::string::npos) << source << " stands in the provenance alone";
+  }
+}
+
 }  // namespace
 }  // namespace eha::batch
