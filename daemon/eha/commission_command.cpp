@@ -24,6 +24,7 @@
 #include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
+#include "daemon/eha/recorded_gain.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/place/explorer.hpp"
@@ -71,14 +72,6 @@ constexpr double kHighest_Hz = 2.0;
 constexpr double kTicksAPeriod = 20.0;
 
 struct CommissionCommand : CommissionOptions {};
-
-/// A run, with or without a model.
-struct Recorded {
-  fs::path folder;
-  std::string outcome;
-  double gain_percent = std::numeric_limits<double>::infinity();  ///< half of the 95 % interval of the gain
-  std::optional<std::string> model;                               ///< name of the recommended model
-};
 
 Recorded recorded_in(const fs::path& folder) {
   const record::Manifest manifest = record::read_manifest(folder);
@@ -209,13 +202,14 @@ class Commissioning {
     const config::Centring centring = config::centring_of(rig_.limits);
     if (!centring.window_in) {
       return "the rod moves about the middle of its travel, with up to 2 V about the null: fast on a fast rod. 2 to 3 "
-             "min.";
+             "min; record and trial then take 3 to 5.";
     }
     const DisplayUnit unit = console_.unit(rig_.units);
     const auto length = [&](double in) { return fmt::format("{:.3g}", unit.factor("in") * in); };
     return fmt::format(
         "nothing is known of the valve, so the rod first explores {} to {} {} of its travel, at {:.2g} {}; then it "
-        "moves about the middle with up to 2 V about the null: fast on a fast rod. 4 to 6 min.",
+        "moves about the middle with up to 2 V about the null: fast on a fast rod. 4 to 6 min; record and trial then "
+        "take 3 to 5.",
         length(centring.middle_in - *centring.window_in), length(centring.middle_in + *centring.window_in),
         unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"));
   }
@@ -311,10 +305,12 @@ class Commissioning {
     state_.files().remove(excitation_file(attempt));
     state_.files().require_own(excitation_file(attempt));
     const int repetitions = attempt == 1 ? kRepetitions : kFurtherRepetitions;
-    session_.announce("step 4 of 6, record",
-                      fmt::format("the rod follows tones up to {:.1f} Hz about the middle of its travel, the way is "
-                                  "below. At most {:g} min; it ends early when the gain is known to {:g} %.",
-                                  highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
+    session_.announce(
+        fmt::format("step 4 of 6, record, run {} of at most {}", attempt, kAttempts),
+        fmt::format(
+            "the rod follows tones up to {:.1f} Hz about the middle of its travel, the way is "
+            "below. At most {:g} min; it ends early when the gain is known to {:g} %. Then the trial, 2 to 3 min.",
+            highest_Hz(), std::ceil(repetitions * kPeriod_s / 60.0), command_.precision_percent));
     const Played design = session_.play(
         {"design", "--rig", command_.rig_file, "--band", fmt::format("{:g}:{:.4g}", kLowest_Hz, highest_Hz()),
          "--tones", "20", "--period", fmt::format("{:g}", kPeriod_s), "--repetitions", fmt::format("{}", repetitions),
@@ -362,11 +358,14 @@ class Commissioning {
       std::optional<fs::path> run = recorded_before(attempt);
       if (!run) run = played(attempt);
       Recorded recorded = recorded_in(*run);
-      if (recorded.model && (!best || recorded.gain_percent < best->gain_percent)) best = std::move(recorded);
+      const std::optional<Recorded> before = best;
+      if (recorded.model && (!best || recorded.gain_percent < best->gain_percent)) best = recorded;
+      if (before) console_.info(why_taken(*best, best->folder == recorded.folder ? *before : recorded));
       if (best && best->gain_percent <= command_.precision_percent) break;
       if (attempt < kAttempts) {
-        console_.info(best ? "the gain is not known well enough: a further run follows"
-                           : "no model passes: a further run follows");
+        console_.info(best ? fmt::format("{} and {:g} % are wanted: a further run follows, the last one",
+                                         gain_known(*best), command_.precision_percent)
+                           : std::string("no model passes: a further run follows, the last one"));
       }
     }
     if (!best) {
