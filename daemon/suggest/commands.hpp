@@ -63,10 +63,10 @@ struct RigAccess {
 /// A command of the service, with its socket unless that is the default one.
 [[nodiscard]] std::string through(const std::string& socket, std::string command);
 
-/// Completes commands that a text names in short, between backticks: `eha characterise`, `eha read`, `eha calibrate`, `eha track`, and
-/// "then `eha tune`" or ": `eha tune`", each as the functions above make it, a local `eha tune` with the rig file that
-/// an `eha characterise` of the same text writes, and `eha fit --model NAME`, which gets the record. `eha track` needs
-/// a controller, `eha tune` a model; without it the name stays.
+/// Completes commands that a text names in short, between backticks: `eha characterise`, `eha read`, `eha calibrate`,
+/// `eha track`, and "then `eha tune`" or ": `eha tune`", each as the functions above make it, a local `eha tune` with
+/// the rig file that an `eha characterise` of the same text writes, and `eha fit --model NAME`, which gets the record.
+/// `eha track` needs a controller, `eha tune` a model; without it the name stays.
 [[nodiscard]] std::string completed(std::string_view text, const RigAccess& rig);
 
 /// The same in HTML, where a command stands as <code>eha read</code>.
