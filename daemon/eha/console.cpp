@@ -24,6 +24,7 @@
 #include "core/terminal_text.hpp"
 #include "daemon/eha/closed_pipe.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/eha/short_report.hpp"
 
 namespace eha::cli {
 namespace {
@@ -108,7 +109,7 @@ void Console::debug(std::string_view text) const {
 
 void Console::print(std::string_view text) const {
   if (options_.json || hides_results_) return;
-  write_out(terminal_text(with_commands(text)));
+  write_out(terminal_text(wrapped_where_longer(text, with_commands(text))));
   if (text.empty() || text.back() != '\n') write_out("\n");
 }
 

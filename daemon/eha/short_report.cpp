@@ -373,6 +373,29 @@ std::string wrapped(const std::string& text, std::size_t indent) {
   return result;
 }
 
+std::string wrapped_where_longer(std::string_view text, const std::string& completed) {
+  std::string result;
+  std::string_view rest = completed;
+  while (true) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = rest.substr(0, end);
+    const std::size_t before = std::min(text.find('\n'), text.size());
+    if (line.size() <= kWidth || line == text.substr(0, before)) {
+      result += line;
+    } else {
+      // "because         The plant ...": text goes on below where it begins.
+      const std::size_t gap = line.find("  ");
+      const bool is_indented = line.starts_with(' ') || (gap != std::string_view::npos && gap < kLabel);
+      const std::size_t begin = is_indented ? std::min<std::size_t>(line.find_first_not_of(' ', gap), kLabel) : 0;
+      result.append(line.substr(0, begin)).append(wrapped(std::string(line.substr(begin)), begin));
+    }
+    if (end == rest.size()) return result;
+    result += '\n';
+    rest.remove_prefix(end + 1);
+    text.remove_prefix(std::min(before + 1, text.size()));
+  }
+}
+
 Answer answer_of(const identify::Identification& identification) {
   Answer answer;
   for (const auto& one : identification.models) answer.models.push_back(one.result.model);

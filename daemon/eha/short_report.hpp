@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/display_unit.hpp"
@@ -48,5 +49,10 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
 
 /// Breaks words into lines of at most 80 columns. @param indent  blanks before every line but the first
 [[nodiscard]] std::string wrapped(const std::string& text, std::size_t indent);
+
+/// Breaks the lines of a printed text that completed commands have made too long, under the text that they begin with.
+/// @param text       as it was laid out
+/// @param completed  the same lines
+[[nodiscard]] std::string wrapped_where_longer(std::string_view text, const std::string& completed);
 
 }  // namespace eha::cli

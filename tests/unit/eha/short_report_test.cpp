@@ -363,5 +363,21 @@ TEST(Wrapped, KeepsACommandInOnePiece) {
   EXPECT_NE(text.find("\n                (" + command + ") and"), std::string::npos) << text;
 }
 
+TEST(ShortReport, BreaksALineThatACompletedCommandMadeTooLong) {
+  const std::string triangle = "a record of a slow triangle of volts about 0, wider than the dead band,";
+  const std::string before =
+      "valve map       null -0.2 V\n                further: `eha characterise` measures it\nend";
+  const std::string after = "valve map       null -0.2 V\n                further: " + triangle + " measures it\nend";
+  EXPECT_EQ(wrapped_where_longer(before, after),
+            "valve map       null -0.2 V\n"
+            "                further: a record of a slow triangle of volts about 0, wider\n"
+            "                than the dead band, measures it\nend");
+  EXPECT_EQ(wrapped_where_longer("because         x `c`", "because         x " + triangle),
+            "because         x a record of a slow triangle of volts about 0, wider than the\n"
+            "                dead band,");
+  const std::string table = std::string(60, '-') + "  " + std::string(60, '-') + "\n";
+  EXPECT_EQ(wrapped_where_longer(table, table), table) << "a line that nothing was put into stays as it is";
+}
+
 }  // namespace
 }  // namespace eha::cli
