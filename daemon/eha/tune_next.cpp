@@ -117,10 +117,11 @@ std::vector<std::string> plant_sentences(const TuneCommand& command, const ident
         "Promised for: a rig estimated from model and valve, with limits and sensor of {}{}.", rig_file.string(),
         unknown.empty() ? "" : fmt::format("; nothing shows that the model is of that rig: {}", unknown)));
   } else if (unknown.empty()) {
-    sentences.push_back(fmt::format(
-        "Promised for: the simulated rig of {}, of which the model is. It is its own twin, so that the promise "
-        "knows its oil, load and friction; that of a machine is wider.",
-        rig_file.string()));
+    sentences.push_back(
+        fmt::format("Promised for: the simulated rig of {}, which made the model's record. The trials are on the same "
+                    "simulation, so "
+                    "that the promise knows its oil, load and friction; that of a machine is wider.",
+                    rig_file.string()));
   } else {
     sentences.push_back(
         fmt::format("Promised for: the simulated rig {}, and not for the plant of {}: {}, so nothing shows that the "

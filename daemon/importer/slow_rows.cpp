@@ -11,7 +11,9 @@ namespace {
 using Eigen::Index;
 
 constexpr Index kFewestShowing = 60;
-constexpr double kByItsRow = 0.5;    // of the output's variance
+constexpr Index kMostShowing =
+    200'000;                       // of a longer record every so many: the columns of all would take its memory tenfold
+constexpr double kByItsRow = 0.5;  // of the output's variance
 constexpr double kByPastRows = 0.8;  // of it, at most
 constexpr double kLeftBeside = 0.5;  // of what past rows leave over, with the row's own input
 constexpr double kLeastLeft = 0.02;  // of the motions' variance, by past rows
@@ -24,19 +26,33 @@ double share_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
   return 1.0 - left.squaredNorm() / (y.array() - y.mean()).square().sum();
 }
 
+/// Rows of a long record that stand for all: evenly spaced ones, each with its own neighbours.
+struct Showing {
+  Index stride;
+  Index count;
+
+  explicit Showing(Index rows) : stride(1 + (rows - 1) / kMostShowing), count((rows - 1) / stride + 1) {}
+
+  /// The values of those rows, `later` rows on.
+  [[nodiscard]] Eigen::VectorXd of(const Eigen::VectorXd& values, Index later) const {
+    return values(Eigen::seqN(later, count, stride));
+  }
+};
+
 }  // namespace
 
 std::string remark_on_slow_rows(const Eigen::VectorXd& input, const Eigen::VectorXd& output, double step_s) {
   const Index n = output.size() - 2;
   if (n < kFewestShowing || input.size() != output.size() || !input.allFinite() || !output.allFinite()) return {};
-  const Eigen::VectorXd y = output.tail(n);
+  const Showing rows(n);
+  const Eigen::VectorXd y = rows.of(output, 2);
   if (!(y.maxCoeff() > y.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
-  Eigen::MatrixXd columns(n, 6);
-  columns << Eigen::VectorXd::Ones(n), input.segment(1, n), input.head(n), output.segment(1, n), output.head(n),
-      input.tail(n);
+  Eigen::MatrixXd columns(rows.count, 6);
+  columns << Eigen::VectorXd::Ones(rows.count), rows.of(input, 1), rows.of(input, 0), rows.of(output, 1),
+      rows.of(output, 0), rows.of(input, 2);
   const double by_past = share_of(columns.leftCols(5), y);
   if (by_past > kByPastRows) return {};
-  Eigen::MatrixXd own(n, 2);
+  Eigen::MatrixXd own(rows.count, 2);
   own << columns.col(0), columns.col(5);
   const double by_own = share_of(own, y);
   const double by_all = share_of(columns, y);
@@ -52,11 +68,12 @@ std::string motion_within_rows(const Eigen::VectorXd& input, const Eigen::Vector
   const Index n = output.size() - 3;
   if (n < kFewestShowing || input.size() != output.size() || !input.allFinite() || !output.allFinite()) return {};
   const Eigen::VectorXd motions = output.tail(n + 2) - output.head(n + 2);
-  const Eigen::VectorXd motion = motions.tail(n);
+  const Showing rows(n);
+  const Eigen::VectorXd motion = rows.of(motions, 2);
   if (!(motion.maxCoeff() > motion.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
-  Eigen::MatrixXd columns(n, 8);
-  columns << Eigen::VectorXd::Ones(n), input.segment(2, n), input.segment(1, n), input.head(n), motions.segment(1, n),
-      motions.head(n), output.segment(2, n), input.tail(n);
+  Eigen::MatrixXd columns(rows.count, 8);
+  columns << Eigen::VectorXd::Ones(rows.count), rows.of(input, 2), rows.of(input, 1), rows.of(input, 0),
+      rows.of(motions, 1), rows.of(motions, 0), rows.of(output, 2), rows.of(input, 3);
   const double left = 1.0 - share_of(columns.leftCols(7), motion);
   const double by_next = left - (1.0 - share_of(columns, motion));
   if (left < kLeastLeft || by_next < kByNext * left) return {};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -154,18 +155,31 @@ std::optional<report::Item> response_table(const ident::ValveSheet& sheet) {
                                             rows)};
 }
 
+/// What the sheet says in a word: a leak, the values that are not those of [following], or that all are.
+std::string headline(const RunSheet& run, const std::vector<SheetRow>& rows) {
+  if (ident::leak_of(run.sheet)) return "The rig leaks";
+  if (!run.rig.limits.following) return "What was measured";
+  std::vector<std::string> other;
+  for (const SheetRow& row : rows) {
+    if (!row.is_as_there) other.push_back(row.name);
+  }
+  if (other.empty()) return "The valve is as the rig file says";
+  return fmt::format("Not as the rig file says: {}", fmt::join(other, ", "));
+}
+
 /// The quantities as a table, in a box.
 std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   std::vector<std::vector<std::string>> rows;
   std::vector<report::TableColumn> columns{{"quantity"}, {"value, ± half a 95 % interval"}};
   if (run.rig.limits.following) columns.push_back({"by [following] as used, without its margins"});
-  for (const SheetRow& row : sheet_rows(run, unit)) {
+  const std::vector<SheetRow> measured = sheet_rows(run, unit);
+  for (const SheetRow& row : measured) {
     rows.push_back({row.name, row.value});
-    if (columns.size() > 2) rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", another value"));
+    if (columns.size() > 2) rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", outside the interval"));
   }
   const std::string warning = warning_of(run, unit);
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", warning.empty() ? "some" : "none",
-                     ident::leak_of(run.sheet) ? "The rig leaks" : "What was measured") +
+                     headline(run, measured)) +
          (warning.empty() ? "" : report::paragraph("Warning: " + warning + ".")) + report::table(columns, rows) +
          report::paragraph(next_of(run, run.access)) + "</section>\n";
 }

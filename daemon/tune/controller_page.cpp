@@ -150,7 +150,7 @@ report::Item bode(const ControllerSubject& subject, const Curves& c) {
       "valve bridges, is not in it.";
   item.remark.seen += " The phase is drawn down to -360 degrees.";
   item.remark.good = "At least 45 degrees where the gain is 0 dB, over the whole band.";
-  item.remark.to_do = "A wide band: make a longer record, then tune again.";
+  item.remark.to_do = "Where the band comes within 30 degrees of -180 at 0 dB: make a longer record, then tune again.";
   return item;
 }
 
@@ -301,14 +301,16 @@ std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit&
   return fmt::format(
       "From, to: the range of the trials and a quarter of it more; of a margin 95 % of 200 draws of the model keep "
       "each bound. A step is a new position: the reference goes there at up to {:.3g} {}/s and {:.3g} {}/s^2, settling "
-      "counts from its end, and overshoot is beyond its end.",
+      "counts from its end, and overshoot is beyond its end. Ms and Mt: the greatest factor by which the loop passes "
+      "on a "
+      "disturbance of the place, and a reference.",
       factor * settings.reference.velocity, in, factor * settings.reference.acceleration, in);
 }
 
 std::vector<std::vector<std::string>> setting_rows(const config::ControllerConfig& c, const DisplayUnit& display) {
   const ident::AxisSettings& s = c.settings;
   const auto row = [&](const char* what, double value, const std::string& unit) {
-    return std::vector<std::string>{what, fmt::format("{:.6g}", value * display.factor(unit)), display.of(unit)};
+    return std::vector<std::string>{what, fmt::format("{:.4g}", value * display.factor(unit)), display.of(unit)};
   };
   return {row("kp", s.feedback.kp, "1/s"),
           row("ki", s.feedback.ki, "1/s^2"),

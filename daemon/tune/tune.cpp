@@ -109,11 +109,35 @@ std::string following_remark(const ident::AxisPlant& plant) {
       plant.valve.null, plant.valve.dead_band, plant.replaced->null, plant.replaced->dead_band);
 }
 
+/// What a lasting load does to a controller without an integral, and what an integral costs; empty with one.
+std::string remark_on_load(const Tuned& tuned, const DisplayUnit& unit) {
+  const ident::Feedback& feedback = tuned.design.settings.feedback;
+  if (feedback.ki > 0.0 || !(feedback.kp > 0.0)) return {};
+  const std::string in = unit.of("in");
+  std::string text = fmt::format(
+      "Without an integral a lasting load keeps the rod away: one that would move it at 1 {}/s by {:.3g} {}.", in,
+      1.0 / feedback.kp, in);
+  const Candidate* best = nullptr;
+  const Candidate* own = nullptr;
+  for (const Candidate& c : tuned.candidates) {
+    if (c.hunts) continue;
+    if (c.kind == tuned.design.settings.kind && own == nullptr) own = &c;
+    if (c.design.settings.feedback.ki > 0.0 && (best == nullptr || c.following_rms_in < best->following_rms_in))
+      best = &c;
+  }
+  if (best == nullptr || own == nullptr) return text;
+  const double factor = unit.factor("in");
+  return text +
+         fmt::format(" `eha tune --kind {}` leaves nothing of it and follows within {:.3g} {} (RMS), not {:.3g}.",
+                     ident::text(best->kind), factor * best->following_rms_in, in, factor * own->following_rms_in);
+}
+
 void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   const ident::AxisDesign& d = tuned.design;
   auto& lines = tuned.remarks;
   const std::string in = task.unit.of("in");
   const double factor = task.unit.factor("in");
+  if (std::string load = remark_on_load(tuned, task.unit); !load.empty()) lines.push_back(std::move(load));
   lines.push_back(d.noise_binds
                       ? "The sensor's noise on the command limits the gain, before the margin: a quieter sensor or a "
                         "faster valve slew would allow more."

@@ -52,6 +52,16 @@ TEST(SlowRows, AreNamedWhereTheOutputAnswersWithinOne) {
   }
 }
 
+TEST(SlowRows, OfALongRecordAreSeenByEvenlySpacedOnes) {
+  const LoggedRows slow = rows_of(0.1, 150, 100, false);
+  const LoggedRows quick = rows_of(0.5, 60, 5, false);
+  constexpr Eigen::Index kTimes = 750;  // 450 000 rows
+  const auto again = [&](const Eigen::VectorXd& part) -> Eigen::VectorXd { return part.replicate(kTimes, 1); };
+  EXPECT_NE(remark_on_slow_rows(again(slow.input), again(slow.output), 1.0).find("too slow"), std::string::npos);
+  EXPECT_NE(motion_within_rows(again(slow.input), again(slow.output), 1.0).find("too slow"), std::string::npos);
+  EXPECT_EQ(remark_on_slow_rows(again(quick.input), again(quick.output), 0.05), "");
+}
+
 TEST(SlowRows, AreNotNamedWhereTheyShowTheAnswer) {
   for (const int hold : {20, 60, 400}) {
     for (const int every : {1, 2, 5, 10}) EXPECT_EQ(remark_on(0.5, hold, every), "") << hold << " " << every;

@@ -66,8 +66,14 @@ TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
   EXPECT_NE(text.find("0.1600 +- 0.0070 V\n"), std::string::npos) << text;
   std::vector<std::string> missing;
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
-  EXPECT_NE(html.find("-0.2000 V, another value"), std::string::npos);
+  EXPECT_NE(html.find("-0.2000 V, outside the interval"), std::string::npos);
   EXPECT_NE(html.find(">0.1550 V<"), std::string::npos);
+  run.rig.limits.following = following_of(run);
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("<h2>The valve is as the rig file says</h2>"),
+            std::string::npos);
+  run.rig.limits.following->null_V = -0.2;
+  EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("<h2>Not as the rig file says: null</h2>"),
+            std::string::npos);
   run.rig.limits.following.reset();
   text = sheet_text(run, DisplayUnit("in"));
   EXPECT_EQ(text.find("rig file"), std::string::npos) << text;

@@ -302,6 +302,13 @@ TEST(Tune, ComparesKindsUnderOneLoadAndSaysLengthsInTheUnitThatIsAsked) {
   EXPECT_NE(remarks.find(" mm/s"), std::string::npos) << remarks;
   EXPECT_EQ(remarks.find(" in/s"), std::string::npos) << remarks;
   EXPECT_EQ(remarks.find(" in RMS"), std::string::npos) << remarks;
+  // A controller without an integral is offered with what a load does to it.
+  if (tuned.design.settings.feedback.ki > 0.0) GTEST_FAIL() << "of this rig P is the simplest that does";
+  EXPECT_NE(tuned.remarks.front().find("Without an integral a lasting load keeps the rod away: one that would move it "
+                                       "at 1 mm/s by "),
+            std::string::npos)
+      << remarks;
+  EXPECT_NE(tuned.remarks.front().find("leaves nothing of it and follows within "), std::string::npos) << remarks;
 }
 
 TEST(Tune, TakesAModelWithAResonanceWhoseResponseIsTinyAtTheTick) {
