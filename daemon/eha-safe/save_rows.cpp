@@ -51,6 +51,7 @@ class Journal {
   /// Whether the process itself completed the journal: nothing may be appended.
   [[nodiscard]] bool is_ended() const { return is_ended_; }
 
+  /// Also gives back the room that the process had reserved beyond.
   void cut_off() const {
     if (ftruncate(file_.get(), static_cast<off_t>(end_.bytes)) != 0) os::throw_system_error("write", path_, errno);
   }
@@ -129,7 +130,6 @@ std::uint64_t save_rows(GuardPage& page, const os::FileDescriptor& file) {
   Journal journal(page, file);
   std::uint64_t saved = 0;
   if (!journal.is_ended()) {
-    journal.cut_off();
     const std::uint64_t made = page.rows();
     const std::uint64_t oldest = made > GuardPage::kRows ? made - GuardPage::kRows : 0;
     std::string rows;
@@ -139,6 +139,7 @@ std::uint64_t save_rows(GuardPage& page, const os::FileDescriptor& file) {
       journal.append(rows);
       rows.clear();
     }
+    journal.cut_off();  // not before: a half-written block is written over, and the disk may be full
     journal.synchronise();
   }
   page.end_journal();

@@ -52,7 +52,13 @@ bool JournalThread::hangs() {
 std::string JournalThread::finish() {
   loop_ended_.store(true, std::memory_order_release);
   if (thread_.joinable()) thread_.join();
-  return error_;
+  if (!error_.empty() || (write_error_.empty() && room_error_.empty())) return error_;
+  if (!room_error_.empty() && journal_is_sound()) {
+    return room_error_ + ": the run was ended while its last rows had room, and every row is kept";
+  }
+  if (journal_is_sound()) return write_error_ + ": the run was ended; later this worked, and every row is kept";
+  return fmt::format("{}: the {} rows before are kept, as far as they reached the disk; {} later ones are lost",
+                     write_error_, journal_.rows(), is_written_ ? 0 : journal_.pending());
 }
 
 void JournalThread::run() {
@@ -64,7 +70,8 @@ void JournalThread::run() {
     const bool was_last = loop_ended_.load(std::memory_order_acquire);
     const std::size_t count = queue_.pop(batch_.data(), batch_.size());
     if (blocks_) show(count);
-    if (journal_is_sound_) write(count);
+    write(count);
+    if (!queue_.writer_failed()) keep_room();
     if (error_.empty()) look_at_folder();
     if (count > 0) continue;
     if (was_last) break;
@@ -90,21 +97,40 @@ void JournalThread::show(std::size_t count) {
 }
 
 void JournalThread::write(std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) played_ += batch_[i].state == acquisition::State::running ? 1U : 0U;
   try {
-    if (count > 0) journal_.append({batch_.data(), count});
-    for (std::size_t i = 0; i < count; ++i) played_ += batch_[i].state == acquisition::State::running ? 1U : 0U;
-    // The last rows may wait for their block to be full.
-    watch_.journal_rows.store(played_ - std::min(played_, journal_.pending()), std::memory_order_release);
-    // A run in virtual time can be repeated, so it is synchronised to the disk once, at its end.
-    const auto now = std::chrono::steady_clock::now();
-    if (time_base_ == TimeBase::monotonic && now - synchronised_ >= kSynchronise) {
-      journal_.synchronise();
-      synchronised_ = now;
-    }
+    if (count > 0 || !is_written_) journal_.append({batch_.data(), count});
+    is_written_ = true;
+    synchronise();
   } catch (const std::exception& error) {
-    journal_is_sound_ = false;
-    fail(fmt::format("{}: the {} rows before are kept, as far as they reached the disk; later ones are lost",
-                     error.what(), journal_.rows()));
+    is_written_ = false;
+    if (write_error_.empty()) write_error_ = error.what();
+    queue_.report_writer_failure();
+  }
+  // The last rows may wait for their block to be full.
+  watch_.journal_rows.store(played_ - std::min(played_, journal_.pending()), std::memory_order_release);
+}
+
+void JournalThread::synchronise() {
+  // A run in virtual time can be repeated, so it is synchronised to the disk once, at its end.
+  const auto now = std::chrono::steady_clock::now();
+  if (time_base_ != TimeBase::monotonic || !is_synchronised_ || now - synchronised_ < kSynchronise) return;
+  try {
+    journal_.synchronise();
+    synchronised_ = now;
+  } catch (const std::exception& error) {
+    is_synchronised_ = false;  // which rows are on the disk is not known
+    if (write_error_.empty()) write_error_ = error.what();
+    queue_.report_writer_failure();
+  }
+}
+
+void JournalThread::keep_room() {
+  try {
+    journal_.keep_room();
+  } catch (const std::exception& error) {
+    room_error_ = error.what();
+    queue_.report_writer_failure();
   }
 }
 

@@ -25,8 +25,9 @@ inline constexpr std::chrono::seconds kWriterPatience{6};
 inline constexpr std::chrono::milliseconds kFolderInterval{250};
 
 /// Thread that moves records from the loop's queue to the journal until the loop has ended. After a failed write it
-/// drops records; if the run folder is deleted or takes no files, it continues to write as long as the journal allows.
-/// In both cases the queue reports it to the loop, which ramps out. The public members belong to one thread.
+/// keeps the records and tries again until then; if the disk is nearly full, or the run folder is deleted or takes no
+/// files, it continues to write. In each case the queue reports it to the loop, which ramps out. The public members
+/// belong to one thread.
 class JournalThread {
  public:
   /// @param watch  its writer_turns counts the passes of the thread's loop; its samples get the records, also after a
@@ -41,16 +42,18 @@ class JournalThread {
   [[nodiscard]] bool hangs();
 
   /// Writes the rest of the queue and ends the thread. Call after the loop has pushed its last record.
-  /// @returns the message of a failed write or a lost folder, or nothing
+  /// @returns the message of a failed write, a full disk or a lost folder, or nothing
   std::string finish();
 
-  /// After finish(): whether every write to the journal succeeded.
-  [[nodiscard]] bool journal_is_sound() const noexcept { return journal_is_sound_; }
+  /// After finish(): whether the journal has every row.
+  [[nodiscard]] bool journal_is_sound() const noexcept { return is_written_ && is_synchronised_; }
 
  private:
   void run();
   void write(std::size_t count);
   void show(std::size_t count);
+  void synchronise();
+  void keep_room();
   void look_at_folder();
   void fail(std::string message);
 
@@ -66,7 +69,10 @@ class JournalThread {
   std::chrono::steady_clock::time_point synchronised_ = std::chrono::steady_clock::now();
   std::chrono::steady_clock::time_point looked_ = std::chrono::steady_clock::now();
   std::uint64_t played_ = 0;  ///< rows of the experiment that were appended
-  bool journal_is_sound_ = true;
+  bool is_written_ = true;    ///< every full block
+  bool is_synchronised_ = true;
+  std::string write_error_;  ///< of the journal; what it led to is known at the end
+  std::string room_error_;   ///< no room for more rows than will come
   std::string error_;
   std::atomic<bool> loop_ended_{false};
   std::thread thread_;

@@ -85,16 +85,21 @@ class ProgressDisplay {
   std::exception_ptr failure_;
 };
 
-/// Disk space for the journal, raw.h5 and the decimated data, with a reserve.
-std::uint64_t bytes_needed(const PlayRequest& request) {
-  constexpr double kBytesPerTick = 64.0 + 72.0 + 8.0;
-  constexpr double kSpare = 16e6;
+/// Ticks of the experiment and its ramps; a placing before it makes more.
+std::uint64_t expected_ticks(const PlayRequest& request) {
   const config::RigLimits& limits = request.rig.limits;
   const double ramps_s =
       limits.slew_V_per_s > 0.0 ? 2.0 * (limits.command_max_V - limits.command_min_V) / limits.slew_V_per_s : 0.0;
   const double ticks = static_cast<double>(request.table_V.size()) * request.experiment.repetitions +
                        (ramps_s + 1.0) / request.rig.realtime.sample_period_s;
-  return static_cast<std::uint64_t>(ticks * kBytesPerTick + kSpare);
+  return static_cast<std::uint64_t>(ticks);
+}
+
+/// Disk space for the journal, raw.h5 and the decimated data, with a reserve.
+std::uint64_t bytes_needed(const PlayRequest& request) {
+  constexpr std::uint64_t kBytesPerTick = 64 + 72 + 8;
+  constexpr std::uint64_t kSpare = 16'000'000;
+  return expected_ticks(request) * kBytesPerTick + kSpare;
 }
 
 std::size_t rows_per_block(double sample_period_s) {
@@ -287,7 +292,8 @@ FinishedRun play(hal::Rig& rig, acquisition::StateMachine& machine, const PlayRe
                                            .utc_start = record::utc_now()};
   const nlohmann::ordered_json header = record::describe_run(rig.capabilities(), description);
   record::JournalWriter journal(folder / record::kJournalFile, header,
-                                rows_per_block(request.rig.realtime.sample_period_s), request.page);
+                                rows_per_block(request.rig.realtime.sample_period_s), request.page,
+                                expected_ticks(request));
   if (request.share_journal) request.share_journal(journal.file());
   record::Manifest manifest = record::new_manifest(header, description.utc_start);
   manifest.other["played_by"] = request.played_by == PlayedBy::eha ? "eha" : "ehad";

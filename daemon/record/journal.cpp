@@ -252,7 +252,7 @@ class BlockReader {
 }  // namespace
 
 JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header,
-                             std::size_t records_per_block, GuardPage* page)
+                             std::size_t records_per_block, GuardPage* page, std::uint64_t expected_rows)
     : path_(path),
       file_(os::open_file(path, O_RDWR | O_CREAT | O_EXCL, kOwnerAlone)),
       page_(page),
@@ -268,6 +268,7 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
   append_u32(buffer_, static_cast<std::uint32_t>(text.size()));
   append_u32(buffer_, Crc32c().add(buffer_.data() + 8, 4).add(text.data(), text.size()).value());
   buffer_.append(text);
+  reserve(buffer_.size() + size_of(expected_rows + kReservedRows));
   write_out();
   synchronise();
   begin_in_page();
@@ -282,6 +283,7 @@ void JournalWriter::open_to_readers_of_folder() const {
 }
 
 JournalWriter::~JournalWriter() {
+  give_room_back();
   if (page_ != nullptr) page_->end_journal();
 }
 
@@ -294,40 +296,76 @@ void JournalWriter::begin_in_page() {
                                          {.bytes = good_size_, .rows = 0, .index = 0}));
 }
 
-void JournalWriter::append(std::span<const TickRecord> records) {
-  while (!records.empty()) {
-    const std::size_t taken = std::min(records.size(), records_per_block_ - pending_.size());
-    pending_.insert(pending_.end(), records.begin(), records.begin() + static_cast<std::ptrdiff_t>(taken));
-    records = records.subspan(taken);
-    if (pending_.size() == records_per_block_) write_block();
-  }
+std::uint64_t JournalWriter::size_of(std::uint64_t rows) const noexcept {
+  constexpr std::uint64_t kEnd = 1U << 16;
+  return rows * sizeof(TickRecord) + (rows / records_per_block_ + 2) * kJournalBlockHeaderSize + kEnd;
 }
 
-void JournalWriter::write_block() {
-  const auto count = static_cast<std::uint32_t>(pending_.size());
-  append_block(buffer_, kBlockTag, count, next_index_,
-               {reinterpret_cast<const char*>(pending_.data()), pending_.size() * sizeof(TickRecord)});
-  write_out();
-  ++next_index_;
-  rows_ += count;
-  pending_.clear();
-  if (page_ != nullptr) page_->set_position({.bytes = good_size_, .rows = rows_, .index = next_index_});
+void JournalWriter::reserve(std::uint64_t size) {
+  if (!can_reserve_ || size <= reserved_) return;
+  // The size of the file stays: readers and the guard see the rows only.
+  while (::fallocate(file_.get(), FALLOC_FL_KEEP_SIZE, static_cast<off_t>(reserved_),
+                     static_cast<off_t>(size - reserved_)) != 0) {
+    if (errno == EINTR) continue;
+    can_reserve_ = false;
+    if (errno == EOPNOTSUPP || errno == ENOSYS) return;
+    os::throw_system_error("reserve room for", path_, errno);
+  }
+  reserved_ = size;
+}
+
+void JournalWriter::keep_room() {
+  const std::uint64_t needed = good_size_ + pending_.size() * sizeof(TickRecord);
+  if (reserved_ < needed + size_of(kReservedRows / 2)) reserve(needed + size_of(kReservedRows));
+}
+
+void JournalWriter::give_room_back() noexcept {
+  // To the same size: it frees what was reserved beyond. Without it only room is lost.
+  if (reserved_ > good_size_ && ::ftruncate(file_.get(), static_cast<off_t>(good_size_)) == 0) reserved_ = good_size_;
+}
+
+void JournalWriter::append(std::span<const acquisition::TickRecord> records) {
+  pending_.insert(pending_.end(), records.begin(), records.end());
+  write_blocks(records_per_block_);
+}
+
+void JournalWriter::write_blocks(std::size_t least_rows) {
+  std::size_t written = 0;
+  const auto forget_written = [&] {
+    pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(written));
+  };
+  try {
+    while (pending_.size() - written >= least_rows && written < pending_.size()) {
+      const std::size_t count = std::min(records_per_block_, pending_.size() - written);
+      append_block(buffer_, kBlockTag, static_cast<std::uint32_t>(count), next_index_,
+                   {reinterpret_cast<const char*>(pending_.data() + written), count * sizeof(TickRecord)});
+      write_out();
+      ++next_index_;
+      rows_ += count;
+      written += count;
+      if (page_ != nullptr) page_->set_position({.bytes = good_size_, .rows = rows_, .index = next_index_});
+    }
+  } catch (...) {
+    forget_written();
+    throw;
+  }
+  forget_written();
 }
 
 void JournalWriter::write_out() {
-  std::string_view rest = buffer_;
-  while (!rest.empty()) {
-    const ssize_t written = ::write(file_.get(), rest.data(), rest.size());
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t written =
+        ::pwrite(file_.get(), buffer_.data() + done, buffer_.size() - done, static_cast<off_t>(good_size_ + done));
     if (written < 0) {
       if (errno == EINTR) continue;
       const int error_number = errno;
+      buffer_.clear();
       // Removes a half-written block, so that the file ends with a good one. Reading works without this.
-      if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) != 0) errno = error_number;
-      // Drops later rows, so that the rows in the page do not continue the file.
-      if (page_ != nullptr) page_->end_journal();
+      if (done > 0 && ::ftruncate(file_.get(), static_cast<off_t>(good_size_)) == 0) reserved_ = good_size_;
       os::throw_system_error("write", path_, error_number);
     }
-    rest.remove_prefix(static_cast<std::size_t>(written));
+    done += static_cast<std::size_t>(written);
   }
   good_size_ += buffer_.size();
   buffer_.clear();
@@ -338,10 +376,11 @@ void JournalWriter::synchronise() {
 }
 
 void JournalWriter::finish(const nlohmann::ordered_json& end) {
-  if (!pending_.empty()) write_block();
+  write_blocks(1);
   const std::string text = end.dump();
   append_block(buffer_, kEndTag, static_cast<std::uint32_t>(text.size()), next_index_, text);
   write_out();
+  give_room_back();
   synchronise();
   if (page_ != nullptr) page_->end_journal();
 }

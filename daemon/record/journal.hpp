@@ -29,21 +29,32 @@ namespace eha::record {
 inline constexpr std::size_t kJournalPreambleSize = 16;
 inline constexpr std::size_t kJournalBlockHeaderSize = journal::kBlockHeaderSize;
 
-/// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives.
+/// Rows beyond those written for which a journal holds room on the disk, so that those of the loop's queue and of a
+/// ramp-out fit on a disk that has filled up. It is renewed at half of them.
+inline constexpr std::uint64_t kReservedRows = 65536;
+
+/// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives. Room on the disk is
+/// reserved ahead where the file system can (fallocate), and given back at the end.
 class JournalWriter {
  public:
   /// @param records_per_block  records that one write() takes; the last block may have fewer
   /// @param page  gets the position after each block, so that the guard can add the rows that the process leaves there
   ///              when it is killed; none: those rows are lost
-  /// @throws PermissionError, IoError  the file exists or cannot be written
+  /// @param expected_rows  of the run: room for them and kReservedRows more is reserved
+  /// @throws PermissionError, IoError  the file exists or cannot be written, or the disk has too little room
   JournalWriter(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::size_t records_per_block,
-                GuardPage* page = nullptr);
+                GuardPage* page = nullptr, std::uint64_t expected_rows = 0);
   JournalWriter(const JournalWriter&) = delete;
   JournalWriter& operator=(const JournalWriter&) = delete;
   ~JournalWriter();
 
-  /// Collects records and writes every full block. @throws IoError  the blocks written before stay good
+  /// Collects records and writes every full block. @throws IoError  the blocks written before stay good, and the
+  ///                                                                 others are kept for the next call
   void append(std::span<const acquisition::TickRecord> records);
+
+  /// Reserves room for more rows where little is left. @throws IoError  the disk is full: half of kReservedRows still
+  ///                                                                    have theirs
+  void keep_room();
 
   /// Synchronises the written blocks to the disk. @throws IoError
   void synchronise();
@@ -53,14 +64,17 @@ class JournalWriter {
   void finish(const nlohmann::ordered_json& end);
 
   [[nodiscard]] std::uint64_t rows() const noexcept { return rows_; }
-  /// Rows waiting until their block is full.
+  /// Rows waiting until their block is full, or for a write that succeeds.
   [[nodiscard]] std::uint64_t pending() const noexcept { return pending_.size(); }
   /// Open for reading and writing.
   [[nodiscard]] const os::FileDescriptor& file() const noexcept { return file_; }
 
  private:
-  void write_block();
+  [[nodiscard]] std::uint64_t size_of(std::uint64_t rows) const noexcept;
+  void write_blocks(std::size_t least_rows);
   void write_out();
+  void reserve(std::uint64_t size);
+  void give_room_back() noexcept;
   void open_to_readers_of_folder() const;
   void begin_in_page();
 
@@ -71,6 +85,8 @@ class JournalWriter {
   std::uint32_t next_index_ = 0;
   std::uint64_t rows_ = 0;       ///< in blocks handed to the system
   std::uint64_t good_size_ = 0;  ///< bytes of the file that hold whole blocks
+  std::uint64_t reserved_ = 0;   ///< bytes of the file that have room on the disk, as far as is known
+  bool can_reserve_ = true;      ///< the file system can
   std::vector<acquisition::TickRecord> pending_;
   std::string buffer_;
 };

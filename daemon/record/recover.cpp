@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -40,6 +41,13 @@ Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const st
   return acquisition::is_whole(outcome) && !facts.gaps.empty() ? Outcome::recovered : outcome;
 }
 
+/// Frees what a killed writer had reserved beyond the rows. Without it only room is lost.
+void give_room_back(const std::filesystem::path& journal) {
+  std::error_code ignored;
+  const std::uintmax_t size = std::filesystem::file_size(journal, ignored);
+  if (!ignored) std::filesystem::resize_file(journal, size, ignored);
+}
+
 void count_rows(Recovery& recovery, const JournalFacts& facts) {
   recovery.rows = facts.rows - facts.lost_rows;
   recovery.lost_rows = facts.lost_rows;
@@ -67,6 +75,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
     return recovery;
   }
   os::remove_temporary_files(folder);
+  give_room_back(journal);
   const JournalFacts facts = write_files_from_journal(folder);
   Manifest manifest = old_manifest ? *old_manifest : manifest_from_header(facts.header);
   recovery.changed = true;

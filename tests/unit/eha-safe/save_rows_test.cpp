@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "daemon/record/journal.hpp"
+#include "tests/unit/small_disk.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha {
@@ -87,6 +88,18 @@ TEST_F(SaveRows, CutsOffAHalfWrittenBlock) {
   append_bytes("EHAB half a block");
   EXPECT_EQ(save(), 60U);
   EXPECT_EQ(rows(), 260U);
+}
+
+TEST_F(SaveRows, UsesTheRoomThatTheProcessHadReservedOnADiskThatIsFull) {
+  const test::SmallDisk disk(folder_.path() / "disk");
+  if (!disk.mounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
+  path_ = folder_.path() / "disk" / "raw.ehalog";
+  leave(200, GuardPage::kRows);
+  append_bytes("EHAB half a block");
+  disk.fill();
+  EXPECT_EQ(save(), GuardPage::kRows - 200U);
+  EXPECT_EQ(rows(), GuardPage::kRows);
+  EXPECT_GT(std::filesystem::space(path_).available, 1'000'000U) << "the rest is given back";
 }
 
 TEST_F(SaveRows, SavesNoRowTwiceThatWasWrittenButNotNoted) {

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/play/play.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <signal.h>
-#include <sys/mount.h>
-#include <sys/resource.h>
-#include <unistd.h>
+
+#include <algorithm>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -16,6 +14,7 @@
 #include "hal/faults/fault_rig.hpp"
 #include "tests/unit/record/record_fixture.hpp"
 #include "tests/unit/record/some_ticks.hpp"
+#include "tests/unit/small_disk.hpp"
 
 namespace eha::play {
 namespace {
@@ -29,6 +28,8 @@ using record::LoadedRun;
 using record::read_manifest;
 using record::read_run;
 using record::read_ticks;
+using test::FileSizeLimit;
+using test::SmallDisk;
 
 class Play : public record::RecordTest {
  protected:
@@ -177,33 +178,17 @@ TEST_F(Play, ShowsTheCallerTheLastState) {
   EXPECT_EQ(last.experiment_rows, 2000u);
 }
 
-/// Lets files grow no further than this while it lives, as a full disk would.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    previous_handler_ = ::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &previous_);
-    const rlimit limit{bytes, previous_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &previous_);
-    ::signal(SIGXFSZ, previous_handler_);
-  }
-
- private:
-  rlimit previous_{};
-  void (*previous_handler_)(int) = SIG_DFL;
-};
-
 TEST_F(Play, RampsOutAndFailsWhenTheJournalCanGrowNoFurtherAndKeepsWhatItHolds) {
   set_duration(20.0);
   std::filesystem::path folder;
   {
-    const FileSizeLimit limit(100'000);
-    const FinishedRun finished = run();
+    std::optional<FileSizeLimit> limit;
+    PlayRequest limited = request();
+    limited.before_driven = [&](hal::Rig&) { limit.emplace(100'000); };
+    const std::unique_ptr<hal::Rig> rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
+    acquisition::StateMachine machine;
+    ASSERT_TRUE(machine.reset() && machine.arm());
+    const FinishedRun finished = play(*rig, machine, limited, stop_);
     folder = finished.folder;
     EXPECT_EQ(finished.report.outcome, Outcome::write_failed);
     EXPECT_EQ(finished.report.final_state, acquisition::State::idle);
@@ -244,51 +229,32 @@ TEST_F(Play, EndsInVirtualTimeOnAStopWhileARepetitionIsJudged) {
   EXPECT_EQ(outcome_with(judge), Outcome::interrupted);
 }
 
-/// A disk of 20 MB, for root only.
-class SmallDisk {
- public:
-  explicit SmallDisk(std::filesystem::path path) : path_(std::move(path)) {
-    std::filesystem::create_directory(path_);
-    mounted_ = ::mount("tmpfs", path_.c_str(), "tmpfs", 0, "size=20m") == 0;
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-  ~SmallDisk() {
-    if (mounted_) ::umount2(path_.c_str(), MNT_DETACH);
-  }
-  [[nodiscard]] bool mounted() const { return mounted_; }
-  /// Takes all the room that is left.
-  void fill() const {
-    const os::FileDescriptor ballast = os::open_file(path_ / "ballast", O_WRONLY | O_CREAT | O_APPEND);
-    const std::string block(1 << 16, 'x');
-    while (::write(ballast.get(), block.data(), block.size()) > 0) {
-    }
-  }
-
- private:
-  std::filesystem::path path_;
-  bool mounted_ = false;
-};
-
-TEST_F(Play, RefusesToArmOnADiskThatIsTooSmallAndFailsCleanlyOnOneThatFillsUp) {
-  const SmallDisk disk(folder_ / "disk");
+TEST_F(Play, RefusesToArmOnADiskThatIsTooSmallAndKeepsEveryRowOnOneThatFillsUp) {
+  const SmallDisk disk(folder_ / "disk", "32m");
   if (!disk.mounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
-  set_duration(60.0);
+  set_duration(150.0);
   EXPECT_THROW(static_cast<void>(run("disk")), IoError);
   EXPECT_TRUE(list_runs(folder_ / "disk").empty());
-  // 10 s fit; what takes the room comes after the check, from elsewhere.
-  set_duration(10.0);
+  // 90 s fit; what takes the room comes after the check, from elsewhere.
+  set_duration(90.0);
+  std::fill(table_V_.begin(), table_V_.end(), 0.0);  // the sine drifts into a limit
   const std::unique_ptr<hal::Rig> rig = hal::open_rig(std::get<hal::SimOptions>(rig_config_.backend), 0.0);
   acquisition::StateMachine machine;
   machine.reset();
   machine.arm();
-  const FinishedRun finished =
-      play(*rig, machine, request("disk"), stop_, [&](const acquisition::Snapshot&) { disk.fill(); });
+  PlayRequest filled = request("disk");
+  filled.before_driven = [&](hal::Rig&) { disk.fill(); };
+  const FinishedRun finished = play(*rig, machine, filled, stop_);
   EXPECT_EQ(finished.report.outcome, Outcome::write_failed);
   EXPECT_TRUE(finished.report.safe_confirmed);
   EXPECT_NE(finished.write_error.find("No space left"), std::string::npos) << finished.write_error;
-  EXPECT_TRUE(std::filesystem::exists(finished.folder / kJournalFile));
   EXPECT_EQ(record::find_torn_runs(folder_ / "disk"), std::vector{finished.folder});
+  // Every row was measured and is on the disk; only the files that are made of them wait for room.
+  EXPECT_EQ(finished.report.counters.experiment_rows, 90'000U);
+  disk.make_room();
+  const record::Recovery recovery = record::recover_run(finished.folder);
+  EXPECT_EQ(recovery.rows, finished.report.counters.ticks);
+  EXPECT_EQ(recovery.outcome, Outcome::completed);
 }
 
 }  // namespace
