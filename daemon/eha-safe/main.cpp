@@ -52,7 +52,12 @@ void tell_safe(const eha::hal::SafeAction& rig, const std::string& done) {
 }
 
 /// Prints the reason for which the guard acted; only afterwards, because a write to a stopped terminal may block.
-void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end) {
+/// @param has_driven  the loop has begun since the rig was opened
+void tell_why(const eha::hal::SafeAction& rig, eha::WatchEnd end, bool has_driven) {
+  if (end == eha::WatchEnd::death && !has_driven) {
+    std::cerr << "eha-safe: the program that opened " << rig.device << " ended and had driven nothing\n";
+    return;
+  }
   const char* why = " ended without making it safe\n";
   if (end == eha::WatchEnd::stop) why = " was stopped and has been killed\n";
   if (end == eha::WatchEnd::stall) why = " stood still and has been killed\n";
@@ -136,14 +141,15 @@ int guard(const std::string& file, std::optional<Page>& page) {
     page->save_rows(std::move(watched.journal));
     return 0;
   }
+  const bool has_driven = !page || page->get().drive() != 0;
   std::string done;
   try {
     done = act(*rig, page, std::move(watched.journal));
   } catch (const eha::Error&) {
-    tell_why(*rig, end);
+    tell_why(*rig, end, has_driven);
     throw;
   }
-  tell_why(*rig, end);
+  tell_why(*rig, end, has_driven);
   tell_safe(*rig, done);
   return 0;
 }

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <regex>
 #include <set>
 #include <string>
 
+#include "core/guard_page.hpp"
 #include "fast_clock.hpp"
 #include "hal/snapshot_file.hpp"
 #include "snapshot_file.hpp"
@@ -78,6 +80,25 @@ TEST(EhaSafe, ActsAtTheEndOfItsInputUnlessItHeardDone) {
     EXPECT_EQ(result.output.rfind("ready\n", 0), 0U) << result.output;
     EXPECT_NE(result.output.find("ended without making it safe"), std::string::npos) << result.output;
   }
+}
+
+TEST(EhaSafe, SaysOfAProgramThatDroveNothingThatItDroveNothing) {
+  const testing::FastClock clock;
+  const testing::SnapshotFile snapshot;
+  const std::filesystem::path file = snapshot.path().string() + ".page";
+  auto page = std::make_unique<GuardPage>();
+  page->mark_version();
+  const auto said = [&] {
+    std::ofstream(file, std::ios::binary).write(reinterpret_cast<const char*>(page.get()), sizeof(GuardPage));
+    return run("printf '' | " + kProgram + " --guard " + snapshot.path().string() + " --page " + file.string()).output;
+  };
+  const std::string refused = said();
+  EXPECT_NE(refused.find("ended and had driven nothing"), std::string::npos) << refused;
+  EXPECT_EQ(refused.find("without making it safe"), std::string::npos) << refused;
+  page->begin_drive(1, 100'000'000);
+  const std::string driven = said();
+  EXPECT_NE(driven.find("ended without making it safe"), std::string::npos) << driven;
+  std::filesystem::remove(file);
 }
 
 TEST(EhaSafe, RefusesASnapshotThatItCannotReadBeforeItSaysReady) {
