@@ -42,6 +42,12 @@ inline int runs_wanted(int usual) {
   return asked != nullptr ? std::atoi(asked) : usual;
 }
 
+/// Added to the seeds of a campaign: other draws.
+inline unsigned first_wanted() {
+  const char* asked = std::getenv("EHA_CAMPAIGN_FIRST");
+  return asked != nullptr ? static_cast<unsigned>(std::atoi(asked)) : 0;
+}
+
 /// A rod of about 0.14 or 1.2 in/(V s). Its sensor reads mid-stroke at 0 V.
 inline hal::SimOptions random_plant(Random& random) {
   hal::SimOptions plant;

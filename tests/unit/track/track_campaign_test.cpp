@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Controllers' trials on simulated rigs that move a machine as far as limits and checks go: aborted at random moments,
 // with a sensor that fails, and with one wrong number in the controller's file. The real tick engine and limits.
-// EHA_CAMPAIGN_RUNS: how many instead of 1000.
+// EHA_CAMPAIGN_RUNS: how many instead of 1000. EHA_CAMPAIGN_FIRST: other draws.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -99,7 +99,7 @@ class Axes {
 
  private:
   int plant_ = -1;
-  unsigned next_ = 7000;
+  unsigned next_ = 7000 + first_wanted();
   std::optional<Axis> axis_;
 };
 
@@ -185,7 +185,7 @@ TEST(TrackCampaign, NeverStopsASoundRigOnSetPointsOverItsTravel) {
   const int runs = runs_wanted(200);
   for (int run = 0; run < runs; ++run) {
     const Axis& axis = axes.of(run);
-    Random random(30'000 + static_cast<unsigned>(run));
+    Random random(30'000 + first_wanted() + static_cast<unsigned>(run));
     hal::SimOptions plant = axis.plant;
     // Warm oil, a lower pressure, a null that has wandered.
     plant.valve_rated_flow_L_per_min *= uniform(random, 0.92, 1.08);
@@ -209,7 +209,7 @@ TEST(TrackCampaign, StopsSetPointsOverTheTravelBeforeAnEndStopWhereTheSlopeHasFa
   double hardest = 0.0;
   for (int run = 0; run < runs; ++run) {
     const Axis& axis = axes.of(run);
-    Random random(40'000 + static_cast<unsigned>(run));
+    Random random(40'000 + first_wanted() + static_cast<unsigned>(run));
     hal::SimOptions plant = axis.plant;
     const double low_in = uniform(random, 0.3, 1.0);
     plant.initial_displacement_in = low_in;
@@ -244,7 +244,7 @@ TEST(TrackCampaign, IsAbortedNearWhereItWas) {
   const int runs = runs_wanted(1000);
   for (int run = 0; run < runs; ++run) {
     const Axis& axis = axes.of(run);
-    Random random(90'000 + static_cast<unsigned>(run));
+    Random random(90'000 + first_wanted() + static_cast<unsigned>(run));
     const config::Track track = trial(axis, axis.controller);
     TrackSource source(track, axis.rig.limits);
     const auto moment = static_cast<std::int64_t>(uniform(random, 200.0, 0.9 * source.rows()));
@@ -282,7 +282,7 @@ TEST(TrackCampaign, KeepsASlipOfThePenSlow) {
   const int runs = runs_wanted(1000);
   for (int run = 0; run < runs; ++run) {
     const Axis& axis = axes.of(run);
-    Random random(50'000 + static_cast<unsigned>(run));
+    Random random(50'000 + first_wanted() + static_cast<unsigned>(run));
     const std::vector<Number> numbers = numbers_of(axis.controller);
     const Number& number = numbers[static_cast<std::size_t>(below(random, static_cast<int>(numbers.size())))];
     const std::array<double, 3> factors{10.0, 0.1, -1.0};
