@@ -192,7 +192,7 @@ Call read_watch(Params& params) {
 using Reader = Call (*)(Params&);
 constexpr std::array<std::pair<std::string_view, Reader>, 16> kMethods{{
     {"status", [](Params&) -> Call { return StatusCall{}; }},
-    {"arm", [](Params&) -> Call { return ArmCall{}; }},
+    {"arm", [](Params& params) -> Call { return ArmCall{params.number("ruler_in")}; }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
     {"submit", read_submit},
     {"stop",

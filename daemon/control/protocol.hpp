@@ -27,7 +27,9 @@ using Json = nlohmann::ordered_json;
 using EntryId = std::int64_t;  ///< of an experiment in the queue, from 1
 
 struct StatusCall {};
-struct ArmCall {};
+struct ArmCall {
+  std::optional<double> ruler_in = {};  ///< where a ruler shows the rod [in]
+};
 struct DisarmCall {};
 struct SubmittedExperiment {
   std::string text;                      ///< TOML

@@ -19,6 +19,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/commands.hpp"
+#include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/recent_samples.hpp"
 #include "daemon/eha/rig_source.hpp"
@@ -51,10 +52,13 @@ Examples:
 
 constexpr const char* kArmFooter = R"(
 Acknowledges earlier faults and arms the rig. For 10 minutes after your last command or run only you may run
-experiments and disarm. Arming starts nothing: it lists the held experiments, see eha queue release.
+experiments and disarm. Arming starts nothing: it lists the held experiments, see eha queue release. After a run that
+ended because the sensor's reading jumped (sensor_slip) a machine is armed only with a new calibration, or where a ruler's
+reading agrees with the sensor within 1.27 mm (0.05 in).
 
 Examples:
   eha arm
+  eha arm --ruler 74.9mm
   eha arm && eha run config/experiments/paper.toml)";
 
 constexpr const char* kDisarmFooter = R"(
@@ -257,6 +261,13 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
   }
 }
 
+/// @throws UsageError
+double ruler_of(const std::string& text) {
+  const std::optional<double> ruler_in = inches_of(text);
+  if (ruler_in) return *ruler_in;
+  throw UsageError(fmt::format("--ruler {}: expected a length with its unit, such as 75mm or 2.95in", text));
+}
+
 /// Calls the method, for one experiment if it accepts one.
 ExitCode call_method(Client& client, const ServiceCommand& command, std::optional<std::int64_t> entry,
                      Console& console) {
@@ -264,6 +275,7 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
   if (entry) params["entry"] = *entry;
   if (command.to > 0) params["to"] = command.to;
   if (command.by != 0) params["by"] = command.by;
+  if (command.ruler) params["ruler_in"] = ruler_of(*command.ruler);
   if (!command.run.empty()) params["run"] = name_of(command.run, client);
   if (command.method == "remove" && !command.yes &&
       !console.confirm(fmt::format("This deletes {} with its record and models.", params["run"].get<std::string>()))) {
@@ -431,6 +443,11 @@ void add_service_commands(CLI::App& app, ParsedLine& line) {
     sub->footer(verb.footer);
     auto& service = options_of<ServiceCommand>(*sub, line, {.method = verb.name});
     add_socket_option(*sub, service.socket);
+    if (std::string(verb.name) == "arm") {
+      sub->add_option("--ruler", service.ruler,
+                      "Where a ruler shows the rod, such as 75mm or 2.95in; needed after the sensor has slipped")
+          ->type_name("LENGTH");
+    }
     if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Repeat until Ctrl-C");
   }
   add_queue(app, line);

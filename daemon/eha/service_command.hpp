@@ -30,6 +30,7 @@ struct ServiceCommand {
   std::string run = {};                    ///< of ack and remove: its folder or the folder's name
   bool yes = false;                        ///< of remove: without asking
   bool watch = false;                      ///< of status: repeatedly
+  std::optional<std::string> ruler = {};   ///< of arm: where a ruler shows the rod
 };
 
 [[nodiscard]] ExitCode execute(const ServiceCommand& command, Console& console);

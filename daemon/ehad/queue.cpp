@@ -59,6 +59,7 @@ Entry entry_from_text(const std::string& text) {
   entry.warnings = json.value("warnings", std::vector<std::string>());
   entry.only_places = json.value("only_places", false);
   entry.is_open_fault = json.value("open_fault", false);
+  entry.has_open_slip = json.value("open_slip", false);
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
 }
@@ -154,6 +155,7 @@ void QueueStore::save(const Entry& entry) const {
   json["accept_travel_risk"] = entry.accept_travel_risk;
   json["experiment"] = entry.experiment;
   json["open_fault"] = entry.is_open_fault;
+  json["open_slip"] = entry.has_open_slip;
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -286,12 +288,28 @@ std::vector<EntryId> Queue::close_faults() {
   return changed;
 }
 
+const Entry* Queue::open_slip() const {
+  const Entry* newest = nullptr;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.has_open_slip) newest = &entry;
+  }
+  return newest;
+}
+
+std::vector<EntryId> Queue::close_slips() {
+  std::vector<EntryId> changed;
+  for (auto& [id, entry] : entries_) {
+    if (std::exchange(entry.has_open_slip, false)) changed.push_back(id);
+  }
+  return changed;
+}
+
 std::vector<EntryId> Queue::forget_old(EntryId kept) {
   auto over = static_cast<std::size_t>(
       std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return is_over(item.second); }));
   std::vector<EntryId> forgotten;
   for (auto item = entries_.begin(); item != entries_.end() && over > kMostOver;) {
-    if (!is_over(item->second) || item->first == kept) {
+    if (!is_over(item->second) || item->first == kept || item->second.has_open_slip) {
       ++item;
       continue;
     }

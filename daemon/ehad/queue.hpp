@@ -61,6 +61,7 @@ struct Entry {
   Json models = Json::array();             ///< as in the run's manifest, after the fit
   int exit_code = 0;                       ///< exit code of `eha run`, once it is over
   bool is_open_fault = false;  ///< ended by a fault or the death of ehad, and nobody has armed the rig since
+  bool has_open_slip = false;  ///< the reading of a machine's sensor jumped, and nothing has confirmed the place since
   // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
   std::uint64_t client = 0;                     ///< connection that must be open at the start; 0: none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
@@ -138,8 +139,13 @@ class Queue {
   [[nodiscard]] const Entry* open_fault() const;
   /// Closes every open fault. @returns the entries that have changed
   std::vector<EntryId> close_faults();
+  /// Returns the newest entry with an open slip; nullptr if there is none.
+  [[nodiscard]] const Entry* open_slip() const;
+  /// Closes every open slip. @returns the entries that have changed
+  std::vector<EntryId> close_slips();
 
-  /// Removes the oldest finished entries beyond kMostOver, but never `kept`. @returns their numbers
+  /// Removes the oldest finished entries beyond kMostOver, but never `kept` nor one with an open slip.
+  /// @returns their numbers
   std::vector<EntryId> forget_old(EntryId kept);
 
  private:

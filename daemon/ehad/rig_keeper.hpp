@@ -134,6 +134,11 @@ class RigKeeper {
         std::move(then));
   }
 
+  /// The place was compared with a ruler, or the sensor calibrated: the next run counts slips from 0.
+  void forget_slips() {
+    thread_->ask([this] { earlier_.slipped_in = 0.0; }, [](std::future<void>) {});
+  }
+
   /// Where the rod of a machine was when it was last read; belongs to the rig's thread, so call it in play().
   [[nodiscard]] const std::optional<RodAtRest>& rest() const noexcept { return rest_; }
 

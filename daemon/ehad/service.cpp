@@ -164,7 +164,7 @@ void Service::dispatch(const control::Peer& peer, const control::Request& reques
       [&](const auto& call) {
         using T = std::decay_t<decltype(call)>;
         if constexpr (std::is_same_v<T, control::StatusCall>) now(supervisor_.status());
-        if constexpr (std::is_same_v<T, control::ArmCall>) supervisor_.arm(peer, later);
+        if constexpr (std::is_same_v<T, control::ArmCall>) supervisor_.arm(peer, call, later);
         if constexpr (std::is_same_v<T, control::DisarmCall>) now(supervisor_.disarm(peer));
         if constexpr (std::is_same_v<T, control::SubmitCall>) supervisor_.submit(peer, call, later);
         if constexpr (std::is_same_v<T, control::StopCall>) now(supervisor_.stop(peer, call));

@@ -19,6 +19,8 @@
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
 #include "daemon/ehad/recovery.hpp"
+#include "daemon/rig/ruler_check.hpp"
+#include "hal/backends/backend.hpp"
 
 namespace eha::service {
 namespace {
@@ -34,6 +36,12 @@ fs::path require_program(const char* name) {
     throw ConfigError(fmt::format("{}: not found beside ehad; install the whole package", name));
   }
   return program;
+}
+
+/// Scale and offset of the sensor.
+std::pair<double, double> calibration_of(const config::RigConfig& rig) {
+  const hal::Conversion conversion = hal::conversion_of(rig.backend);
+  return {conversion.scale_in_per_V, conversion.offset_in};
 }
 
 /// Who has stopped a run, for its note.
@@ -135,7 +143,28 @@ Json Supervisor::armed_answer(uid_t uid) const {
           {"remarks", std::move(remarks)}};
 }
 
-void Supervisor::arm(const Peer& peer, Answer answer) {
+void Supervisor::require_place(std::optional<double> ruler_in) const {
+  if (!rig_.moves_machine()) return;
+  const Entry* slip = queue_.open_slip();
+  if (slip == nullptr && !ruler_in) return;
+  const DisplayUnit unit(rig_.config()->units);
+  const double place_in = shown_in();
+  if (ruler_in) return require_place_by_ruler(*ruler_in, place_in, unit);
+  throw Error(
+      ExitCode::safety_trip,
+      fmt::format("not armed: the sensor's reading jumped in experiment {}, and the rod may stand elsewhere than the "
+                  "{:.3f} {} that `eha read` shows: mend its holder or cable and hold a ruler to the rod; where "
+                  "both agree: `eha arm --ruler LENGTH`; where not: `eha calibrate --sensor-moved` and its Next",
+                  slip->id, unit.factor("in") * place_in, unit.of("in")));
+}
+
+void Supervisor::close_slips() {
+  const std::vector<EntryId> changed = queue_.close_slips();
+  for (const EntryId id : changed) save(*queue_.find(id));
+  if (!changed.empty()) rig_.forget_slips();
+}
+
+void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answer) {
   if (shutting_down_) throw DeviceError("ehad is stopping; try again once it has restarted");
   require_lease(peer, "not armed");
   if (rig_.is_arming()) throw DeviceError("the rig is being armed already; see eha status");
@@ -147,6 +176,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
   if (!moved_while_armed_.empty() && !active_ && !rig_.is_armed()) {
     throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
   }
+  if (!active_ && !rig_.is_armed()) require_place(call.ruler_in);
   const bool was_held = lease_.is_held_by(peer.uid);
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
@@ -172,6 +202,7 @@ void Supervisor::arm(const Peer& peer, Answer answer) {
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
       stopped_because_.clear();
+      close_slips();
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;
@@ -248,8 +279,9 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
   try {
     const config::ServiceConfig config = config::load_service_config(options_.config_file);
     const auto read = std::chrono::system_clock::now();
+    const auto before = calibration_of(*rig_.config());
     rig_.reconfigure(RigKeeper::load(options_.rig_file),
-                     [this, config, read, fail, answer = std::move(answer)](std::future<void> done) {
+                     [this, config, read, before, fail, answer = std::move(answer)](std::future<void> done) {
                        answer([&]() -> Json {
                          try {
                            done.get();
@@ -259,6 +291,7 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
+                         if (calibration_of(*rig_.config()) != before) close_slips();
                          moved_while_armed_.clear();  // by a new calibration, as a rule
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,

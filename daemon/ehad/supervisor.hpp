@@ -54,7 +54,7 @@ class Supervisor {
 
   // The methods of ehad-protocol(7). A refusal is thrown as an Error, or by the answer's function.
   [[nodiscard]] Json status() const;
-  void arm(const Peer& peer, Answer answer);
+  void arm(const Peer& peer, const control::ArmCall& call, Answer answer);
   Json disarm(const Peer& peer);
   Json stop(const Peer& peer, const control::StopCall& call);
   void submit(const Peer& peer, control::SubmitCall call, Answer answer);
@@ -192,6 +192,11 @@ class Supervisor {
   void require_arming_of_placing(const Submission& submission) const;
   /// Before the first valve measurement of a machine. @throws UsageError, ConfigError, DeviceError
   void require_ruler(const Submission& submission) const;
+  /// Where the sensor shows the rod [in]. @throws DeviceError  it is not known
+  [[nodiscard]] double shown_in() const;
+  /// @param ruler_in  where a ruler shows the rod [in]; none: nobody has said   @throws Error  it is needed, or differs
+  void require_place(std::optional<double> ruler_in) const;
+  void close_slips();
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
   [[nodiscard]] std::optional<double> place_at_start() const;
   [[nodiscard]] Entry& require_own(const Peer& peer, EntryId id, std::string_view what);

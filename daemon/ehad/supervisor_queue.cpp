@@ -105,10 +105,14 @@ void Supervisor::require_arming_of_placing(const Submission& submission) const {
 
 void Supervisor::require_ruler(const Submission& submission) const {
   if (!submission.characterises || !needs_ruler(*submission.rig)) return;
+  require_agreement_with_ruler(submission.ruler_in, shown_in());
+}
+
+double Supervisor::shown_in() const {
   const Json rod = rig_.rod();
   if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
   if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
-  require_agreement_with_ruler(submission.ruler_in, rod.at("displacement_in").get<double>());
+  return rod.at("displacement_in").get<double>();
 }
 
 void Supervisor::refuse(const Submission& submission) {

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "config/rig_config.hpp"
+#include "core/display_unit.hpp"
 
 namespace eha {
 
@@ -15,5 +16,10 @@ namespace eha {
 /// the sensor [in]
 /// @throws UsageError  no reading   @throws ConfigError  they differ, or the reading is no number
 void require_agreement_with_ruler(std::optional<double> ruler_in, double shown_in);
+
+/// Compares the sensor with a ruler, within what slips before a run trips, 0.05 in. @param ruler_in  finite [in]
+/// @param shown_in  by the sensor [in]   @param unit  of lengths in the message
+/// @throws ConfigError  they differ
+void require_place_by_ruler(double ruler_in, double shown_in, const DisplayUnit& unit);
 
 }  // namespace eha

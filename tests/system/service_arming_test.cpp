@@ -75,6 +75,52 @@ TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
   }
 }
 
+TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrated) {
+  start();
+  const auto slip = [this](double by_in, const char* fault) {
+    const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
+    follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
+    rig_.card().position_in += by_in;
+    const Json over = follow(daemon_, entry);
+    EXPECT_EQ(over.at("outcome"), "faulted") << over;
+    EXPECT_EQ(over.at("note").get<std::string>().rfind(fault, 0), 0U) << over;
+  };
+  const auto arm = [this](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"arm", "--socket", daemon_.socket()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_eha(words, daemon_.folder());
+  };
+  client_->call("arm");
+  slip(0.07, "sensor_slip");
+  for (int i = 0; i < 2; ++i) {  // not only once
+    const Ended without = arm({});
+    EXPECT_EQ(without.code, static_cast<int>(ExitCode::safety_trip)) << without.err;
+    EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
+  }
+  client_.reset();
+  EXPECT_EQ(daemon_.stop(SIGTERM), 0);
+  daemon_.start();
+  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "the next service knows it, too";
+  const double shown_in = rig_.card().position_in;
+  const Ended elsewhere = arm({"--ruler", fmt::format("{:.3f}in", shown_in - 0.07)});
+  EXPECT_EQ(elsewhere.code, static_cast<int>(ExitCode::configuration)) << shown_in << elsewhere.out << elsewhere.err;
+  EXPECT_NE(elsewhere.err.find("eha calibrate --sensor-moved"), std::string::npos) << elsewhere.err;
+  EXPECT_EQ(arm({"--ruler", fmt::format("{:.3f}in", shown_in)}).code, 0);
+  client_ = std::make_unique<Client>(daemon_.socket());
+  slip(0.3, "velocity_limit");
+  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "another slip";
+  client_->call("reload");
+  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "by the same calibration";
+  std::string text = content_of(daemon_.rig_file());
+  const std::string offset = "offset_in = 2.95";
+  ASSERT_NE(text.find(offset), std::string::npos) << text;
+  std::ofstream(daemon_.rig_file()) << text.replace(text.find(offset), offset.size(), "offset_in = 2.93");
+  client_->call("reload");
+  const Ended calibrated = arm({});
+  EXPECT_EQ(calibrated.code, 0) << calibrated.err;
+}
+
 /// eha-safe finds the card by the socket's folder. All users may open that folder, and so lock it.
 TEST_F(ServiceArming, LeavesTheFolderOfItsSocketToOneServiceWhoeverLocksIt) {
   const os::FileDescriptor of_anybody = os::open_file(daemon_.folder(), O_RDONLY | O_DIRECTORY);

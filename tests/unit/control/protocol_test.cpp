@@ -28,7 +28,8 @@ Refusal refusal_of(const std::string& line) {
 
 TEST(Protocol, ReadsEachMethodWithItsParameters) {
   call_of<StatusCall>(R"({"id":0,"method":"status"})");
-  call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})");
+  EXPECT_EQ(call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})").ruler_in, std::nullopt);
+  EXPECT_EQ(call_of<ArmCall>(R"({"id":1,"method":"arm","params":{"ruler_in":2.9}})").ruler_in, 2.9);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop"})").entry, std::nullopt);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3}})").entry, 3);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3,"signal":15}})").signal, 15);
@@ -77,7 +78,7 @@ TEST(Protocol, RefusesWhatItDoesNotKnowAndNamesTheNearest) {
             std::string::npos);
   EXPECT_NE(refusal_of(R"({"id":1,"method":"watch","params":{"rate_hz":1}})").message.find("rate_Hz"),
             std::string::npos);
-  EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","params":{"uid":0}})").message.find("takes no parameters"),
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"disarm","params":{"uid":0}})").message.find("takes no parameters"),
             std::string::npos);
   EXPECT_NE(refusal_of(R"({"id":1,"method":"arm","uid":0})").message.find("uid"), std::string::npos);
 }

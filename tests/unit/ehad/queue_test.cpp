@@ -61,6 +61,28 @@ TEST(Queue, KeepsAFaultOpenUntilItIsClosedEvenInItsFile) {
   EXPECT_TRUE(queue.close_faults().empty());
 }
 
+TEST(Queue, KeepsAnOpenSlipThroughARestartAndAnyNumberOfLaterEntries) {
+  const test::TemporaryFolder folder;
+  Entry slipped = entry_of(2, 10, EntryState::over);
+  slipped.has_open_slip = true;
+  {
+    const QueueStore store(folder.path());
+    store.save(slipped);
+    store.save(entry_of(3, 10, EntryState::over));
+  }
+  const QueueStore store(folder.path());
+  std::vector<std::string> damaged;
+  Queue queue(store.load(damaged));
+  for (std::size_t i = 0; i < Queue::kMostOver; ++i) {
+    queue.add(entry_of(static_cast<EntryId>(4 + i), 10, EntryState::over));
+  }
+  static_cast<void>(queue.forget_old(0));
+  ASSERT_NE(queue.open_slip(), nullptr);
+  EXPECT_EQ(queue.open_slip()->id, 2);
+  EXPECT_EQ(queue.close_slips(), std::vector<EntryId>{2});
+  EXPECT_EQ(queue.open_slip(), nullptr);
+}
+
 TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
   Queue queue({entry_of(1, 10, EntryState::running), entry_of(2, 10), entry_of(3, 20), entry_of(4, 10)});
   EXPECT_EQ(queue.hold_waiting("disarmed"), 3U);
