@@ -43,6 +43,10 @@ constexpr double kJumpOverUsual = 8.0;
 constexpr double kLikeIt = 0.6;        // of the largest change
 constexpr Index kMostJumps = 5;        // more are no loss here and there
 constexpr double kJumpExplains = 0.8;  // of the error's variance beside it
+constexpr double kTurnsBack = 0.005;   // of the range of the model's motion
+constexpr Index kBesideTurn = 8;       // rows in which friction or play lets go behind a turn
+constexpr std::size_t kFewestTurns = 3;
+constexpr double kOverTurns = 2.0;  // times the greatest step at the other turns
 
 /// Mean input, motion and first output of a few rows.
 struct Window {
@@ -264,6 +268,15 @@ class Search {
   std::vector<Window> moving_;
 };
 
+/// The changes of an error over kJumpRows rows. Across rows that were not measured a slow error changes more: there it
+/// is the change in the time of so many rows.
+Eigen::VectorXd changes_of(const Eigen::VectorXd& e, const Eigen::VectorXd& time_s) {
+  const Index count = e.size() - kJumpRows;
+  const Eigen::VectorXd took_s = time_s.tail(count) - time_s.head(count);
+  const double usual_s = median_of({took_s.begin(), took_s.end()});
+  return (e.tail(count) - e.head(count)).array() * (usual_s / took_s.array().max(usual_s));
+}
+
 struct LastingStep {
   Index middle = 0;  ///< first row behind it
   double change = 0.0;
@@ -287,6 +300,69 @@ std::optional<LastingStep> lasting_step(const Eigen::VectorXd& e, Index at) {
   return LastingStep{middle, e.segment(middle, last - middle).mean() - e.segment(first, middle - first).mean()};
 }
 
+/// Rows first .. last, in which a motion turns back.
+struct Turn {
+  Index first = 0;
+  Index last = 0;
+};
+
+std::vector<Turn> turns_of(const Eigen::VectorXd& motion) {
+  const double least = kTurnsBack * (motion.maxCoeff() - motion.minCoeff());
+  std::vector<Turn> turns;
+  Index highest = 0;
+  Index lowest = 0;
+  double direction = 0.0;
+  const auto note = [&](Index extreme, double to) {
+    const auto is_there = [&](Index k) { return std::abs(motion[k] - motion[extreme]) <= least; };
+    Turn turn{extreme, extreme};
+    while (turn.first > 0 && is_there(turn.first - 1)) --turn.first;
+    while (turn.last + 1 < motion.size() && is_there(turn.last + 1)) ++turn.last;
+    if (direction != 0.0) turns.push_back(turn);
+    direction = to;
+  };
+  for (Index k = 0; k < motion.size(); ++k) {
+    if (motion[k] > motion[highest]) highest = k;
+    if (motion[k] < motion[lowest]) lowest = k;
+    if (direction >= 0.0 && motion[k] < motion[highest] - least) {
+      note(highest, -1.0);
+      lowest = k;
+    } else if (direction <= 0.0 && motion[k] > motion[lowest] + least) {
+      note(lowest, 1.0);
+      highest = k;
+    }
+  }
+  return turns;
+}
+
+/// The greatest step of the error at a turn, between the means of the rows on both sides.
+double step_at(const Eigen::VectorXd& e, const Turn& turn) {
+  double greatest = 0.0;
+  const Index last = std::min(e.size() - kShortestWindow, turn.last + kBesideTurn);
+  for (Index k = std::max(kShortestWindow, turn.first - kBesideTurn); k <= last; ++k) {
+    const Index first = std::max<Index>(0, k - kBesideJump);
+    const double before = e.segment(first, k - first).mean();
+    greatest = std::max(greatest, std::abs(e.segment(k, std::min(kBesideJump, e.size() - k)).mean() - before));
+  }
+  return greatest;
+}
+
+/// Whether dry friction or play may make a step: the model's motion turns back there, and the step is not clearly
+/// greater than those at the other turns.
+bool is_of_a_turn(const LastingStep& step, const Eigen::VectorXd& e, const std::vector<Turn>& turns) {
+  const auto lies_within = [&](const Turn& turn, Index margin) {
+    return step.middle >= turn.first - margin && step.middle <= turn.last + margin;
+  };
+  if (std::none_of(turns.begin(), turns.end(), [&](const Turn& turn) { return lies_within(turn, kBesideTurn); })) {
+    return false;
+  }
+  std::vector<double> others;
+  for (const Turn& turn : turns) {
+    if (!lies_within(turn, kBesideTurn + kBesideJump)) others.push_back(step_at(e, turn));
+  }
+  return others.size() >= kFewestTurns &&
+         std::abs(step.change) <= kOverTurns * *std::max_element(others.begin(), others.end());
+}
+
 bool is_usable(const ComparedRows& rows) {
   const Index n = rows.measured.size();
   return n >= kFewestRows && rows.simulated.size() == n && rows.input.size() == n && rows.time_s.size() == n &&
@@ -302,10 +378,11 @@ std::optional<EndStop> end_stop(const ComparedRows& rows) {
 std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
   if (!is_usable(rows)) return std::nullopt;
   const Eigen::VectorXd e = rows.measured - rows.simulated;
-  const Eigen::VectorXd change = e.tail(e.size() - kJumpRows) - e.head(e.size() - kJumpRows);
+  const Eigen::VectorXd change = changes_of(e, rows.time_s);
   const double usual = robust_std({change.begin(), change.end()});
   const double largest = change.cwiseAbs().maxCoeff();
   if (!(largest > kJumpOverUsual * usual)) return std::nullopt;
+  const std::vector<Turn> turns = turns_of(rows.simulated);
   std::optional<LastingStep> jump;
   Index count = 0;
   for (Index k = 0; k < change.size(); ++k) {
@@ -317,6 +394,7 @@ std::optional<ErrorJump> error_jump(const ComparedRows& rows) {
     k = std::max(k - 1, at + 3 * kJumpRows);
     const std::optional<LastingStep> step = lasting_step(e, at);
     if (!step || ++count > kMostJumps) return std::nullopt;
+    if (is_of_a_turn(*step, e, turns)) continue;
     if (!jump || std::abs(step->change) > std::abs(jump->change)) jump = step;
   }
   return jump ? std::optional(ErrorJump{rows.time_s[jump->middle], jump->change, kJumpOverUsual * usual})

@@ -30,8 +30,10 @@ struct ComparedRows {
 [[nodiscard]] std::string cut_options(const EndStop& stop);
 
 /// Finds the greatest sudden lasting change of the error (measured less simulated): more than eight times the usual
-/// change within five rows. Up to four others may be like it, as where rows are missing at several places, if each is
-/// as sudden and lasting.
+/// change within five rows, across rows that were not measured in the time of so many. Up to four others may be like
+/// it, as where rows are missing at several places, if each is as sudden and lasting. Where the model's motion turns
+/// back, dry friction and play make such steps: there a change counts only if it is twice the greatest at the other
+/// turns, of three at least.
 /// @returns none on fewer than 60 rows. Cost O(N log N).
 [[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <string>
@@ -252,6 +253,59 @@ TEST(ErrorJumpTest, IsFoundWhereRowsAreMissingAtSeveralPlaces) {
     EXPECT_NEAR(jump->time_s, time[600], 0.2) << "the greatest";
     EXPECT_NEAR(jump->change, -0.04, 0.005);
     EXPECT_FALSE(jump_of({300, 500, 700, 900, 1100, 1300, 1500}, 0.99)) << "too many for a loss here and there";
+  }
+}
+
+/// A rod that goes to and fro about every 20 s, and an error that dry friction turns round at each turn, more at one.
+std::optional<ErrorJump> jump_beside_friction(std::uint64_t seed, Eigen::Index slip_at, double slip) {
+  const Eigen::VectorXd time = 0.04 * Eigen::VectorXd::LinSpaced(2500, 0.0, 2499.0);
+  const Eigen::VectorXd model = (0.05 * 2.0 * std::numbers::pi * time.array()).sin();  // turns at 5, 15, .. 95 s
+  Eigen::VectorXd measured = model;
+  std::mt19937_64 draw(seed);
+  for (Eigen::Index k = 0; k < time.size(); ++k) {
+    const bool is_forth = std::fmod(time[k] + 4.8, 20.0) < 10.0;
+    const double friction = is_forth && time[k] > 65.0 && time[k] < 76.0 ? 0.003 : is_forth ? 0.002 : -0.002;
+    measured[k] += friction + 0.0001 * normal(draw);
+    if (k >= slip_at) measured[k] += slip;
+  }
+  return error_jump({time, model, measured, model});
+}
+
+TEST(ErrorJumpTest, IsNotAStepOfFrictionWhereTheMotionTurns) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto friction = jump_beside_friction(seed, 0, 0.0);
+    EXPECT_FALSE(friction) << seed << ": " << friction->change << " at " << friction->time_s;
+    // A sensor that slips in mid-motion, and one that slips at a turn by clearly more than friction does there.
+    const auto away = jump_beside_friction(seed, 1000, 0.009);
+    ASSERT_TRUE(away) << seed;
+    EXPECT_NEAR(away->time_s, 40.0, 0.2) << seed;
+    const auto at_a_turn = jump_beside_friction(seed, 1128, 0.015);
+    ASSERT_TRUE(at_a_turn) << seed;
+    EXPECT_NEAR(at_a_turn->time_s, 45.1, 0.3) << seed;
+  }
+}
+
+TEST(ErrorJumpTest, IsNotASlowErrorAcrossAGap) {
+  const Eigen::VectorXd all = 0.04 * Eigen::VectorXd::LinSpaced(2500, 0.0, 2499.0);
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    const auto jump_of = [&](double slip) {
+      // 16 rows without a measurement, in one of the ramps of 2 s in which the error goes from level to level.
+      Eigen::VectorXd time(all.size() - 16);
+      time << all.head(1200), all.tail(all.size() - 1216);
+      const Eigen::VectorXd model = (0.05 * 2.0 * std::numbers::pi * time.array()).sin();
+      std::mt19937_64 draw(seed);
+      Eigen::VectorXd measured = model;
+      for (Eigen::Index k = 0; k < time.size(); ++k) {
+        const double ramp = std::remainder(time[k] - all[1208], 10.0);  // up at 0, down at 5 s
+        const double level = std::abs(ramp) < 2.5 ? ramp : std::copysign(5.0, ramp) - ramp;
+        measured[k] += 0.02 * std::clamp(level, -1.0, 1.0) + 0.0002 * normal(draw);
+        if (k >= 1200) measured[k] += slip;
+      }
+      return error_jump({time, model, measured, model});
+    };
+    const auto slow = jump_of(0.0);
+    EXPECT_FALSE(slow) << seed << ": " << slow->change << " at " << slow->time_s;
+    EXPECT_TRUE(jump_of(0.08)) << seed << ": a sensor that slipped in the gap";
   }
 }
 
