@@ -62,9 +62,13 @@ std::string scores_sentence(const Model& model) {
 }
 
 /// What limits the use of an accepted model.
-std::string limits_html(const ident::Verdict& verdict) {
+std::string limits_html(const Model& model) {
+  const ident::Verdict& verdict = *model.verdict;
   std::vector<std::string> limits;
   for (const std::string& reason : verdict.reasons) limits.push_back(ident::in_few_words(reason));
+  if (const auto also = ident::also_shown_in(model, verdict); !also.empty()) {
+    limits.push_back(fmt::format("By the same cause {}.", fmt::join(also, ", ")));
+  }
   if (verdict.grade == Grade::good) {
     return paragraph(limits.empty() ? "Good: it passes every check." : "Good: it passes every check. To know:") +
            list(limits);
@@ -175,7 +179,7 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty() && !subject.leak) {
     html += "<p><strong>" + with_code(capitalised(note)) + ".</strong></p>\n";
   }
-  html += limits_html(*model.verdict) + paragraph(next_steps(subject, reported, has_changed));
+  html += limits_html(model) + paragraph(next_steps(subject, reported, has_changed));
   std::string why = list(model.verdict->reasons);
   if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
   if (const std::string scores = scores_sentence(model); !scores.empty()) why += paragraph(scores);

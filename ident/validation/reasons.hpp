@@ -25,6 +25,8 @@ class Reasons {
         cause_(error_cause(model, verdict)),
         explanation_(explanation_of(model, verdict)) {}
   std::vector<std::string> all();
+  /// The criteria that failed and have no sentence, as another one names their cause.
+  [[nodiscard]] std::vector<Criterion> explained() const;
 
  private:
   /// The one statement about a sensor that shows nothing: each other one would be about its noise.
@@ -78,6 +80,11 @@ class Reasons {
   [[nodiscard]] bool may_lack_dead_time() const;
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const;
+  /// Whether a greater motion has less of the nonlinear effect: of dry friction, play or a dead band.
+  [[nodiscard]] bool is_less_beside_larger_motions() const;
+  /// The one advice on amplitudes: larger ones against friction, play and a dead band, unless there is no room; smaller
+  /// ones against a gain that is curved alone; the valve measured where that is not known.
+  [[nodiscard]] std::string advice_on_amplitudes() const;
   /// What helps against the nonlinear effect that a model shows.
   [[nodiscard]] std::string against_nonlinearity() const;
   /// "where an error of 0.012 in does not matter"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -65,6 +66,13 @@ bool Reasons::is_explained(Kind kind) const {
   // What the plant makes of its input is no noise either.
   if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});
   return kind == Kind::residual_input && fails_any(verdict_, {kind}) && is_rather_nonlinear(model_, verdict_);
+}
+
+std::vector<Criterion> Reasons::explained() const {
+  std::vector<Criterion> found;
+  std::copy_if(verdict_.criteria.begin(), verdict_.criteria.end(), std::back_inserter(found),
+               [&](const Criterion& c) { return has_failed(c) && is_explained(c.kind); });
+  return found;
 }
 
 bool Reasons::is_cut_advised() const {
@@ -189,45 +197,60 @@ std::string Reasons::remedy() const {
   if (!better_grey_box().empty()) return better_grey_box();
   if (noted_shift(model_)) return std::string(kMeasureTheValve);
   if (verdict_.beside_ladder) {
-    return fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
-               ? "as every structure of the ladder was tried, record smaller amplitudes, where a plant is nearer to "
-                 "linear"
-               : "as every structure of the ladder was tried, try more poles (`eha fit --model io --poles 5 --zeros "
-                 "4`)";
+    return "as every structure of the ladder was tried, " +
+           (fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
+                ? advice_on_amplitudes()
+                : "try more poles (`eha fit --model io --poles 5 --zeros 4`)");
   }
   return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit` without --model)"
                                              : "try the valve map (--input-map valve)";
 }
 
+bool Reasons::is_less_beside_larger_motions() const {
+  const auto is_so = [](NonlinearKind kind) {
+    return kind == NonlinearKind::motion || kind == NonlinearKind::direction;
+  };
+  const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+  return is_so(test.kind) || (test.or_kind && is_so(*test.or_kind)) ||
+         (test.kind == NonlinearKind::level && test.gain == GainTrend::grows);
+}
+
+std::string Reasons::advice_on_amplitudes() const {
+  if (const std::string greater = greater_amplitudes(); !greater.empty()) return greater;
+  const std::optional<NonlinearKind> kind = nonlinear_kind(model_, verdict_);
+  // A rod that integrates has a valve.
+  if (!kind) return std::string(kMeasureTheValve);
+  const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+  if (is_less_beside_larger_motions()) {
+    const std::string_view effects = test.kind == NonlinearKind::level ? "dead band and friction" : "friction and play";
+    const auto full = model_.provenance.find(kAtCommandLimit);
+    if (full != model_.provenance.end()) {
+      return fmt::format("reduce {} on the rig, as larger amplitudes have no room: {}", effects, full->second);
+    }
+    return asks_for_smaller_amplitudes() ? fmt::format("reduce {} on the rig", effects)
+                                         : fmt::format("record larger amplitudes, beside which {} are small", effects);
+  }
+  if (*kind == NonlinearKind::position) return "record a smaller travel";
+  if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
+  if (test.gain == GainTrend::falls) {
+    return "measure the valve, whose sheet tells a dead band and friction from a saturation (`eha characterise`)";
+  }
+  return "record smaller amplitudes, where a plant is nearer to linear";
+}
+
 std::string Reasons::against_nonlinearity() const {
   const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+  const bool has_map = verdict_.beside_ladder || model_.input_map || model_.grey_box;
+  const bool is_of_level = test.kind == NonlinearKind::level && test.gain != GainTrend::falls && !test.or_kind;
+  if (is_of_level && !has_map && greater_amplitudes().empty()) return "try the valve map (--input-map valve)";
   const std::string box = better_grey_box().empty() ? std::string() : better_grey_box() + ", or ";
-  if (test.kind == NonlinearKind::motion || test.kind == NonlinearKind::direction) {
-    const auto full = model_.provenance.find(kAtCommandLimit);
-    const std::string larger =
-        full != model_.provenance.end()
-            ? "reduce friction and play on the rig, as larger amplitudes have no room: " + full->second
-        : asks_for_smaller_amplitudes() ? std::string("reduce friction and play on the rig")
-                                        : "record larger amplitudes, beside which friction and play are small";
-    // Where the rod goes back to a rest.
-    const bool has_spring = box.empty() && !model_.grey_box && comes_to_rest(model_);
-    return has_spring ? larger +
-                            "; no structure here has both friction and a rest to which the output returns (a "
-                            "spring): the structure friction is of a rod that integrates"
-                      : box + larger;
-  }
-  if (is_of_bent_edges(model_, test)) return box + std::string(kMeasureTheValve);
-  const std::string greater = greater_amplitudes();
-  if (test.kind == NonlinearKind::level && test.gain == GainTrend::falls && greater.empty()) {
-    return "record again at half the amplitude: where the error falls to less than half the plant saturates, else it "
-           "is dead band or friction, which `eha characterise` measures";
-  }
-  if (!greater.empty()) return greater;
-  if (test.kind == NonlinearKind::position) return box + "record a smaller travel";
-  if (verdict_.beside_ladder || model_.input_map || model_.grey_box) {
-    return box + "record smaller amplitudes, where a plant is nearer to linear";
-  }
-  return "try the valve map (--input-map valve)";
+  // Where the rod goes back to a rest.
+  const bool is_of_motion = test.kind == NonlinearKind::motion || test.kind == NonlinearKind::direction;
+  const bool has_spring = is_of_motion && box.empty() && !model_.grey_box && comes_to_rest(model_);
+  return box + advice_on_amplitudes() +
+         (has_spring ? "; no structure here has both friction and a rest to which the output returns (a spring): the "
+                       "structure friction is of a rod that integrates"
+                     : "");
 }
 
 std::string Reasons::where_it_matters() const {

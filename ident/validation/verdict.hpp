@@ -122,6 +122,10 @@ struct RecordFacts {
 /// @param verdict  of this model; its stored sentences are not read
 [[nodiscard]] std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict);
 
+/// What else failed, and has no sentence of its own as one of reasons_of() names the cause: "the input moves the error
+/// (p = 0.0066)".
+[[nodiscard]] std::vector<std::string> also_shown_in(const Model& model, const Verdict& verdict);
+
 /// Whether a criterion of one of these kinds was judged and failed.
 [[nodiscard]] bool fails_any(const Verdict& verdict, std::initializer_list<CriterionKind> kinds);
 

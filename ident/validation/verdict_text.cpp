@@ -232,7 +232,7 @@ std::string Reasons::failed(const Criterion& c) const {
       const double largest = std::max(std::abs(score.error_min), std::abs(score.error_max));
       // A close fit alone keeps it from rejection.
       const std::string risk =
-          c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise
+          c.kind == Kind::error_over_noise && c.value > kFarErrorOverNoise && verdict_.grade != Grade::rejected
               ? fmt::format(
                     ", and every motion repeats it: a fit of {:.3g} % keeps this alone from rejecting it, but expect "
                     "the output up to {} from where the model puts it",
@@ -318,6 +318,15 @@ std::string Reasons::failed(const Criterion& c) const {
 
 std::vector<std::string> reasons_of(const Model& model, const Verdict& verdict) {
   return Reasons(model, verdict).all();
+}
+
+std::vector<std::string> also_shown_in(const Model& model, const Verdict& verdict) {
+  std::vector<std::string> found;
+  for (const Criterion& c : Reasons(model, verdict).explained()) {
+    const bool is_probability = traits_of(c.kind).words.ends_with(", p");
+    found.push_back(note_of(c) + (is_probability ? fmt::format(" (p = {:.2g})", c.value) : ""));
+  }
+  return found;
 }
 
 }  // namespace eha::ident

@@ -20,6 +20,7 @@
 #include "daemon/report/section.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/uncertainty/bode_curve.hpp"
+#include "ident/validation/verdict.hpp"
 #include "tests/unit/report/subjects.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -365,6 +366,21 @@ TEST(Page, SaysNothingToDoOfNoSectionWhereTheBoxAsksForSomethingFirst) {
   ASSERT_EQ(subject.next_step().first, ident::FirstStep::longer_record);
   notes = to_do_of(subject);
   EXPECT_GE(std::count(notes.begin(), notes.end(), "Nothing here; what comes first the box above says."), 1);
+}
+
+TEST(Page, NamesInTheBoxAllThatLimitsAModel) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.has_recommendation = true;
+  ident::Model& model = subject.models[0].model;
+  model.validation->tests.emplace().input = {.statistic = 40.0, .degrees = 21, .p = 0.0066};
+  model.validation->tests->nonlinearity =
+      ident::NonlinearityTest{{.statistic = 300.0, .degrees = 12, .p = 1e-21}, ident::NonlinearKind::motion};
+  model.verdict->criteria.push_back({.kind = ident::CriterionKind::nonlinearity, .value = 1e-21, .limit = 0.002});
+  model.verdict->criteria.push_back({.kind = ident::CriterionKind::residual_input, .value = 0.0066, .limit = 0.01});
+  model.verdict->reasons = ident::reasons_of(model, *model.verdict);
+  ASSERT_EQ(model.verdict->reasons.size(), 1U);
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("<li>By the same cause the input moves the error (p = 0.0066).</li>"), std::string::npos);
 }
 
 TEST(Page, SaysTheSameOfAnErrorBesideItsPicturesAsInTheBox) {

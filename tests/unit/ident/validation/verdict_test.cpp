@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
@@ -465,6 +466,13 @@ TEST(Verdict, RejectsAnErrorFarAboveTheNoiseUnlessTheFitIsClose) {
   model.validation->score.fit_percent = 96.0;
   const Verdict close = judge(model, {}, {.noise_std = 0.019});
   EXPECT_EQ(close.grade, Grade::usable);
+  // Beside another rejection nothing keeps it.
+  model.stability.reset();
+  const Verdict rejected = judge(model, {}, {.noise_std = 0.019});
+  EXPECT_EQ(rejected.grade, Grade::rejected);
+  for (const std::string& reason : rejected.reasons) {
+    EXPECT_EQ(reason.find("keeps this alone"), std::string::npos) << reason;
+  }
   EXPECT_NE(close.reasons.front().find(
                 "a fit of 96 % keeps this alone from rejecting it, but expect the output up to 0.2 in from "
                 "where the model puts it; try"),
@@ -497,7 +505,7 @@ TEST(Verdict, AdvisesInWholeSentencesBesideALadder) {
   model.validation->tests->nonlinearity =
       NonlinearityTest{{.statistic = 30.0, .degrees = 6, .p = 1e-4}, NonlinearKind::motion};
   const std::string bent = judge(model, {}, {.beside_ladder = true}).reasons.at(0);
-  EXPECT_NE(bent.find("; as every structure of the ladder was tried, record smaller amplitudes"), std::string::npos)
+  EXPECT_NE(bent.find("; as every structure of the ladder was tried, record larger amplitudes"), std::string::npos)
       << bent;
 }
 
@@ -568,6 +576,45 @@ TEST(Verdict, NamesThePlantBesideADrift) {
   EXPECT_NE(first.find("; T = 0.5 s; the sensor"), std::string::npos) << first;
 }
 
+TEST(Verdict, AdvisesLargerAmplitudesAgainstWhatTakesLessOfThem) {
+  for (const bool beside_ladder : {false, true}) {
+    for (const bool has_map : {false, true}) {
+      for (const auto& [kind, gain, or_kind] :
+           std::vector<std::tuple<NonlinearKind, GainTrend, std::optional<NonlinearKind>>>{
+               {NonlinearKind::motion, GainTrend::unknown, std::nullopt},
+               {NonlinearKind::direction, GainTrend::unknown, NonlinearKind::level},
+               {NonlinearKind::level, GainTrend::unknown, NonlinearKind::motion},
+               {NonlinearKind::level, GainTrend::grows, std::nullopt},
+               {NonlinearKind::level, GainTrend::falls, std::nullopt}}) {
+        for (const double input_p : {0.5, 1e-300}) {
+          Model model = good_model();
+          integrate_with_friction(model);
+          model.validation->tests->input.p = input_p;
+          model.validation->tests->nonlinearity =
+              NonlinearityTest{{.statistic = 300.0, .degrees = 6, .p = 1e-40}, kind, gain, or_kind};
+          if (has_map) model.input_map = ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
+          std::string all;
+          for (const std::string& reason :
+               judge(model, {}, {.noise_std = 0.001, .beside_ladder = beside_ladder}).reasons)
+            all += reason + "\n";
+          EXPECT_EQ(all.find("smaller"), std::string::npos) << all;
+          EXPECT_EQ(all.find("half the amplitude"), std::string::npos) << all;
+          const bool is_shown = all.find("larger amplitudes, beside which") != std::string::npos ||
+                                all.find("eha characterise") != std::string::npos ||
+                                all.find("--input-map valve") != std::string::npos;
+          EXPECT_TRUE(is_shown || input_p < 0.1) << "a missing part comes first: " << all;
+        }
+      }
+    }
+  }
+  // A gain that is curved, and nothing else.
+  Model curved = good_model();
+  curved.validation->tests->nonlinearity =
+      NonlinearityTest{{.statistic = 300.0, .degrees = 6, .p = 1e-40}, NonlinearKind::level};
+  EXPECT_NE(judge(curved, {}, {.beside_ladder = true}).reasons.at(0).find("record smaller amplitudes"),
+            std::string::npos);
+}
+
 TEST(Verdict, OffersNoFrictionThatWasNotFoundToHold) {
   Model model = good_model();
   integrate_with_friction(model);
@@ -627,6 +674,8 @@ TEST(Verdict, OffersTheStructureWithFrictionWhereTheDirectionOfMotionShows) {
   model.provenance[kGreyBoxHolds] = "errs 0.4 times as much";
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_EQ(reasons.size(), 1U) << "what past input moves is that effect's";
+  EXPECT_EQ(also_shown_in(model, judge(model, {}, {.beside_ladder = true})),
+            std::vector<std::string>{"the input moves the error (p = 1e-05)"});
   EXPECT_NE(
       reasons[0].find("or fit the structure with dry friction (`eha fit --model friction`), which errs 0.4 times as "
                       "much, or record larger amplitudes, beside which friction and play are small"),
@@ -682,7 +731,9 @@ TEST(Verdict, NamesNoSaturationWithoutAFitWithALimitedInput) {
   ASSERT_EQ(reasons.size(), 1U) << "what past input moves, and what is no noise, is that effect's";
   EXPECT_NE(reasons[0].find("as with the edges of a dead band, friction or a saturation"), std::string::npos)
       << reasons[0];
-  EXPECT_NE(reasons[0].find("or record again at half the amplitude"), std::string::npos) << reasons[0];
+  EXPECT_NE(reasons[0].find("or measure the valve, whose sheet tells a dead band and friction from a saturation"),
+            std::string::npos)
+      << reasons[0];
   // Of a linear part that is missing a residual looks nonlinear, too: less so.
   model.validation->tests->input.statistic = 90'000.0;
   const std::vector<std::string> linear = judge(model, {}, {.beside_ladder = true}).reasons;
