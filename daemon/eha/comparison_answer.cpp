@@ -2,6 +2,7 @@
 #include "daemon/eha/comparison_answer.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -82,13 +83,21 @@ std::string of_rig(const identify::Source& source) {
 /// Says what to look at on the bench, where a parameter is shown to have changed.
 /// @param source  the last one with a change   @param found  what explains another map
 void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, std::size_t source,
-               const char* then, report::MapCause found = report::MapCause::unknown) {
-  const std::string causes = report::causes_of(changes, found);
-  if (causes.empty()) return;
-  out.text += "To do: " + wrapped(fmt::format("Look on the bench for what changed. {} {}", causes, then), 7) + "\n";
+               std::string_view then, report::MapCause found = report::MapCause::unknown) {
+  const std::string advice = report::advice_on(changes, found, then);
+  if (advice.empty()) return;
+  out.text += "To do: " + wrapped(advice, 7) + "\n";
   out.changed_source = source;
   out.changes_valve =
       std::any_of(changes.begin(), changes.end(), [](const auto* change) { return report::changes_valve(*change); });
+}
+
+constexpr std::string_view kRejected = "rejected";
+constexpr std::string_view kNoGrade = "-";
+
+/// The verdict of the fit that made a model, as its file has it.
+std::string grade_of(const ident::Model& model) {
+  return std::string(model.verdict ? ident::verdict_word(*model.verdict) : kNoGrade);
 }
 
 std::string plant_of(const identify::ScoredModel& scored) {
@@ -233,8 +242,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       out.findings.sentences.push_back(titles[i] + ": " + left_over);
     }
     if (const std::string cause = report::cause_sentence(subject); !cause.empty()) {
-      found += "  " + cause + "\n";
-      out.findings.sentences.push_back(titles[i] + ": " + cause);
+      // Of two runs it is what to do.
+      if (out.subjects.size() > 2) found += "  " + cause + "\n";
     }
     found += "  " + holds + "\n  " + report::tested_sentence(change) + "\n" + table_of(first, subject);
     out.findings.sentences.push_back(holds);
@@ -278,7 +287,17 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (map_cause == report::MapCause::unknown) map_cause = subject.map_cause;
     last = i;
   }
-  add_to_do(out, changes, last, "Rely on no model of before until that is known.", map_cause);
+  add_to_do(out, changes, last, report::kUntilKnown, map_cause);
+  // Where no parameter is shown to have changed: of the last run that differs.
+  for (std::size_t i = out.subjects.size() - 1; i > 0 && changes.empty(); --i) {
+    const report::ComparedSubject& subject = out.subjects[i];
+    if (report::is_alike(subject)) continue;
+    out.text += "To do: " + wrapped(report::to_do_of(subject), 7) + "\n";
+    if (report::cause_sentence(subject).empty()) break;
+    out.changed_source = i;
+    out.changes_valve = !subject.is_tight;  // else its sheet is there
+    break;
+  }
   out.document = {{"schema", "eha-comparison/1"},
                   {"structure", comparison.structure},
                   {"false_alarm", ident::kFalseAlarm},
@@ -294,6 +313,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   Json entries = Json::array();
   std::string sentences;
   const std::vector<std::string> titles = report::titles_of(files);
+  std::vector<std::string> rejected;
   for (std::size_t i = 0; i < models.size(); ++i) {
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
@@ -304,9 +324,13 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                             .measured = one.output.measured,
                             .simulated = one.output.simulated});
     out.subjects.back().input_range = input_range(source.record);
+    const std::string grade = grade_of(models[i]);
+    if (grade == kRejected) rejected.push_back(titles[i]);
     out.findings.sentences.push_back(
-        fmt::format("{}: R2 {} %, rms error {:.3g} {}; of {} plant", titles[i], ident::percent_text(best.r2_percent),
-                    one.rms_error, models[i].output_unit, plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
+        fmt::format("{}: {}R2 {} %, rms error {:.3g} {}; of {} plant", titles[i],
+                    grade == kNoGrade ? "" : fmt::format("{} by the fit that made it; ", grade),
+                    ident::percent_text(best.r2_percent), one.rms_error, models[i].output_unit,
+                    plant_of(one) == "unknown" ? "an unknown" : plant_of(one)));
     if (one.of_another_plant) {
       out.findings.sentences.back() +=
           fmt::format(": its error is {:.1f} times that of its structure fitted to the record",
@@ -321,13 +345,14 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                     ident::percent_text(best.r2_percent), ident::percent_text(best.fit_percent),
                     fmt::format("{:.3g}", one.rms_error),
                     fmt::format("{:.3g}", std::max(std::abs(best.error_min), std::abs(best.error_max))),
-                    one.refit ? fmt::format("{:.3g}", one.refit_rms_error) : "-", plant_of(one)});
+                    one.refit ? fmt::format("{:.3g}", one.refit_rms_error) : "-", plant_of(one), grade});
     Json entry{{"file", files[i]},
                {"r2_percent", one.validation.score.r2_percent},
                {"r2_reestimated_percent", best.r2_percent},
                {"fit_percent", best.fit_percent},
                {"rms_error", one.rms_error},
-               {"plant", plant_of(one)}};
+               {"plant", plant_of(one)},
+               {"grade", grade == kNoGrade ? Json(nullptr) : Json(grade)}};
     if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
     if (one.change) entry["change"] = change_json(*one.change, models[i]);
     entries.push_back(std::move(entry));
@@ -355,8 +380,17 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                                                       scored.size() == 1 ? "model is" : "models are")
                          : unknown > 0        ? "Not shown whether every model is of this record's plant"
                          : scored.size() == 1 ? std::string("The model is of this record's plant")
+                         : scored.size() == 2 ? std::string("Both models are of this record's plant")
                                               : fmt::format("All {} models are of this record's plant", scored.size());
-  out.findings.is_alike = of_another == 0 && unknown == 0;
+  if (!rejected.empty()) {
+    out.findings.heading +=
+        fmt::format("; {} {} rejected", fmt::join(rejected, ", "), rejected.size() == 1 ? "is" : "are");
+  }
+  out.findings.is_alike = of_another == 0 && unknown == 0 && rejected.empty();
+  out.findings.is_one_plant = of_another == 0 && unknown == 0;
+  out.findings.sentences.emplace_back(
+      "Scored on the whole record with the offset estimated again; the figures of a fit are of the part that did not "
+      "estimate the model, so that they differ a little.");
   out.findings.is_one_record = true;
   if (of_another > 0) {
     out.findings.to_do =
@@ -364,9 +398,15 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         "model's own record. " +
         report::causes_of(changes);
   } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
+    // Of models of one record `eha report` weighs error against number of parameters, too.
     out.findings.to_do =
-        "Nothing: each model describes this record. Of models of one record `eha report` with their files recommends "
-        "one, as it weighs error against number of parameters.";
+        rejected.empty()
+            ? std::string(
+                  "Nothing: each model describes this record. `eha report` with the models' files recommends one.")
+            : fmt::format(
+                  "Do not use {}, however small the error is here: `eha report` with the models' files says why, "
+                  "and recommends one.",
+                  fmt::join(rejected, ", "));
   }
   out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
   out.text += text_table({{"model"},
@@ -376,10 +416,13 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                           {"rms error", Align::right},
                           {"largest", Align::right},
                           {"refit rms", Align::right},
-                          {"plant"}},
+                          {"plant"},
+                          {"grade"}},
                          rows);
-  out.text += fmt::format("re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record\n",
-                          models.front().output_unit);
+  out.text += fmt::format(
+      "re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record; grade: by the fit that "
+      "made the model\n",
+      models.front().output_unit);
   out.text += sentences;
   add_to_do(out, changes, 0, "Use no such model for this record: fit one to it.");
   out.document = {{"schema", "eha-comparison/1"}, {"source", source.name}, {"models", std::move(entries)}};
@@ -418,6 +461,9 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     if (!change.parameters.empty()) out.text += table_of(out.subjects.front(), out.subjects.back(), shows);
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
   }
+  out.findings.is_one_plant = std::all_of(models.begin() + 1, models.end(), [&](const ident::Model& model) {
+    return is_one_record(record_of(models.front()), record_of(model));
+  });
   out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
   out.text += "Named with a record, the models are also scored on it.\n";
   out.document = {{"schema", "eha-comparison/1"}, {"first", files.front()}, {"models", std::move(entries)}};

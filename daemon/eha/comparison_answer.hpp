@@ -24,7 +24,7 @@ struct Compared {
   std::vector<report::ComparedSubject> subjects;  ///< for the report
   /// The record whose plant has changed, of several the last one; none: no change is shown. Counts the sources.
   std::optional<std::size_t> changed_source = {};
-  bool changes_valve = false;  ///< with a parameter of the valve among those that changed
+  bool changes_valve = false;  ///< with a parameter of the valve among those that changed, or where its sheet says more
 };
 
 /// A comparison in the unit for people.

@@ -12,6 +12,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -89,9 +90,11 @@ std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident
     run.fit = fit_named(source, structure, options[i], part_of(progress, i, sources.size(), source.name));
     ident::Model& model = run.fit.model;
     model.verdict = ident::judge(model, {});
-    if (const auto excited = ident::excited_band(source.record.input, source.record.step_s);
-        excited && excited->lowest_Hz < excited->highest_Hz) {
-      model.verdict->usable_band = ident::usable_band(model, run.fit.covariance, *excited, {});
+    // As the run's own report has it.
+    IdentificationTask task = task_of(source);
+    task.excited = excited_lines_of(source);
+    if (const auto excited = excited_by(task, run.fit)) {
+      model.verdict->usable_band = ident::usable_band(model, run.fit.covariance, *excited, task.acceptance);
     }
   }
   return runs;

@@ -40,17 +40,6 @@ constexpr double kUsualFits = 20.0;  // of the ladder, for its progress
 constexpr double kFewestPeriods = 2.0;
 constexpr double kEnoughPeriods = 10.0;
 
-/// Returns the lowest and highest line of the source's experiment, if it has lines.
-std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
-  const config::Played* played = source.experiment ? source.experiment->played() : nullptr;
-  if (played == nullptr) return {};
-  const auto samples = static_cast<std::size_t>(source.record.input.size());
-  const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
-  const std::vector<double> lines_Hz = ident::excited_lines(played->excitation, source.record.step_s, table);
-  if (lines_Hz.empty()) return {};
-  return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
-}
-
 /// Whether an input moves one way alone, as a step and a ramp do, noise aside.
 bool moves_once(const Eigen::VectorXd& input) {
   constexpr Eigen::Index kParts = 40;

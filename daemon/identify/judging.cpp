@@ -67,6 +67,16 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
           .judging_part_rests = task.judging_part_rests};
 }
 
+std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source) {
+  const config::Played* played = source.experiment ? source.experiment->played() : nullptr;
+  if (played == nullptr) return {};
+  const auto samples = static_cast<std::size_t>(source.record.input.size());
+  const std::size_t table = source.repetition_samples > 0 ? source.repetition_samples : samples;
+  const std::vector<double> lines_Hz = ident::excited_lines(played->excitation, source.record.step_s, table);
+  if (lines_Hz.empty()) return {};
+  return ident::FrequencyInterval{lines_Hz.front(), lines_Hz.back()};
+}
+
 std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task, const ident::FitResult& result) {
   if (task.excited) {
     // A run that ended early holds no whole period of the slowest tones.

@@ -12,6 +12,9 @@ namespace eha::identify {
 /// What is known of the task's record for a verdict.
 [[nodiscard]] ident::RecordFacts facts_of(const IdentificationTask& task);
 
+/// Returns the lowest and highest line of the source's experiment, if it has lines.
+[[nodiscard]] std::optional<ident::FrequencyInterval> excited_lines_of(const Source& source);
+
 /// Returns the band in which the input of a model's record moves [Hz]; none where it does not. Cost: an FFT of the
 /// input, unless the experiment's lines are known.
 [[nodiscard]] std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& task,

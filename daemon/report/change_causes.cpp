@@ -97,6 +97,11 @@ std::string causes_of(const std::vector<const ident::PlantChange*>& changes, Map
   return text.empty() ? text : text + "The record shows which parameter changed, not why.";
 }
 
+std::string advice_on(const std::vector<const ident::PlantChange*>& changes, MapCause found, std::string_view then) {
+  const std::string causes = causes_of(changes, found);
+  return causes.empty() ? causes : fmt::format("Look on the bench for what changed. {} {}", causes, then);
+}
+
 bool changes_valve(const ident::PlantChange& change) {
   return std::any_of(change.parameters.begin(), change.parameters.end(),
                      [](const auto& p) { return p.changed && is_of_valve(p.role); });

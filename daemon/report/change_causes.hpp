@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/validation/parameter_change.hpp"
@@ -20,6 +21,13 @@ enum class MapCause : std::uint8_t { unknown, leak, friction };
 /// @param found    what the records showed of the valve's map, which then stands first
 [[nodiscard]] std::string causes_of(const std::vector<const ident::PlantChange*>& changes,
                                     MapCause found = MapCause::unknown);
+
+inline constexpr std::string_view kUntilKnown = "Rely on no model of before until that is known.";
+
+/// "Look on the bench for what changed. dead_band: commonly the valve ...", then a last sentence; empty where no
+/// parameter changed.
+[[nodiscard]] std::string advice_on(const std::vector<const ident::PlantChange*>& changes, MapCause found,
+                                    std::string_view then);
 
 /// Whether a parameter changed that belongs to the valve: null, dead band or the ratio of its gains.
 [[nodiscard]] bool changes_valve(const ident::PlantChange& change);

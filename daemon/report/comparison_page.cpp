@@ -14,6 +14,7 @@
 #include "daemon/report/change_causes.hpp"
 #include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
+#include "ident/model/band_text.hpp"
 #include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
@@ -87,9 +88,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
   if (subject.unfit) {
     item.html = paragraph(unfit_sentence(first, subject)) + paragraph(first_model_sentence(first, subject));
-    item.remark.to_do =
-        "Look at both records: an input that reaches one side only, a rod on its end stop, another signal. `eha fit` "
-        "of the record that the model does not fit says what lies in it.";
+    item.remark.to_do = to_do_of(subject);
     return item;
   }
   item.html = changes_table(first, subject);
@@ -116,22 +115,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
     item.remark.seen += fmt::format(" A value beyond {:g} is an arrow with its number, without a bar.", kMostShown);
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (leaves_other(subject)) item.remark.seen += " " + left_over_sentence(first, subject);
-  item.remark.to_do =
-      !subject.cannot_tell.empty() && subject.has_other_input
-          ? "Record both with one experiment whose volts do not depend on the rod, so without [hold] and "
-            "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets."
-      : !subject.cannot_tell.empty()
-          ? "Record both with one experiment, of one length and about one place, and compare again."
-      : change.changed
-          ? fmt::format("Look for the cause of each change. {} Identify the rig anew before you rely on an old model.",
-                        causes_of({&change}, subject.map_cause))
-      : leaves_other(subject) ? "The parameters hold. Look for what moves the output besides the input: noise of "
-                                "the sensor, friction, air, "
-                                "or a map that fits less well."
-      : !cause_sentence(subject).empty()
-          ? cause_sentence(subject) + " Fit a model to the new record before you rely on one."
-      : subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
-                                        : "Nothing: no change of a parameter is shown.";
+  item.remark.to_do = to_do_of(subject);
   if (subject.first_model_error > 0.0) item.remark.seen += " " + first_model_sentence(first, subject);
   std::vector<std::string> not_shown;
   for (const ident::ParameterChange& p : change.parameters) {
@@ -225,7 +209,9 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
   return item;
 }
 
-Item bode_item(const std::vector<ComparedSubject>& subjects) {
+constexpr const char* kModelsDiffer = "Where they differ, the models differ, not the rig: all are of one plant";
+
+Item bode_item(const std::vector<ComparedSubject>& subjects, bool is_one_plant) {
   std::vector<ReportedModel> models;
   for (const ComparedSubject& subject : subjects) {
     models.push_back({subject.model, subject.label});
@@ -235,14 +221,18 @@ Item bode_item(const std::vector<ComparedSubject>& subjects) {
   for (const ReportedModel& model : models) shown.push_back(&model);
   Item item{.heading = "Gain and phase with 95 % bounds"};
   item.figure = bode_figure(shown, nullptr, "Bode plots of what is compared");
-  const bool has_band = shown.front()->usable_band().has_value();
-  item.remark.seen = has_band ? fmt::format("Grey: the usable band of {}.", subjects.front().label)
-                              : fmt::format("The usable band of {} is not known.", subjects.front().label);
+  const auto band = shown.front()->usable_band();
+  const bool has_band = band.has_value();
+  item.remark.seen =
+      has_band ? fmt::format("Grey: the usable band of {}, {}.", subjects.front().label, ident::frequencies_text(*band))
+               : fmt::format("The usable band of {} is not known.", subjects.front().label);
   item.remark.good = "Curves that lie within one another's bounds.";
-  item.remark.to_do = is_only_map_changed(subjects)
-                          ? std::string(kOnlyTheMap)
-                          : fmt::format("Where they differ, the plants differ at that frequency{}.",
-                                        has_band ? "; outside the usable band trust neither" : "");
+  item.remark.to_do =
+      is_only_map_changed(subjects)
+          ? std::string(kOnlyTheMap)
+          : fmt::format("{}{}.",
+                        is_one_plant ? kModelsDiffer : "Where they differ, the plants differ at that frequency",
+                        has_band ? "; outside the usable band trust neither" : "");
   return item;
 }
 
@@ -338,10 +328,13 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
     if (!text.empty() && std::find(to_do.begin(), to_do.end(), text) == to_do.end()) to_do.push_back(text);
   }
   if (!findings.to_do.empty()) to_do.push_back(findings.to_do);
-  // The same advice for several runs is given once, and for one run beside its plot too.
+  // The same advice for several runs is given once, in the box.
   const std::string advice = to_do.size() == 1 ? paragraph("To do: " + to_do.front()) : std::string();
+  for (Item& item : parameters.items) {
+    if (!advice.empty() && item.remark.to_do == to_do.front()) item.remark.to_do = "As the box above says.";
+  }
   const std::string lead =
-      fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}{}</section>\n", findings.is_alike ? "none" : "some",
+      fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n{}{}</section>\n", findings.is_alike ? "all" : "some",
                   escaped(findings.heading), list(findings.sentences), advice);
   Section models{.title = "Models"};
   const std::vector<ComparedSubject> drawn = fitting(subjects);
@@ -352,13 +345,17 @@ Page comparison_page(const ComparisonFindings& findings, const std::vector<Compa
   if (Item item = findings.is_one_record ? models_on_record_item(subjects) : records_item(subjects); item.figure)
     time.items.push_back(std::move(item));
   Section frequency{.title = "Frequency response"};
-  if (!drawn.empty()) frequency.items.push_back(bode_item(drawn));
+  if (!drawn.empty()) frequency.items.push_back(bode_item(drawn, findings.is_one_plant));
   const std::vector<ident::Model> named = labelled(drawn);
   Section valve{.title = "Valve"};
-  if (auto item = valve_item(named, input_range(subjects))) valve.items.push_back(std::move(*item));
+  if (auto item = valve_item(named, input_range(subjects))) {
+    if (findings.is_one_plant) item->remark.to_do = std::string(kModelsDiffer) + ".";
+    valve.items.push_back(std::move(*item));
+  }
   Section step{.title = "Step response"};
   if (auto item = named.empty() ? std::nullopt : step_item(named)) {
     if (is_only_map_changed(subjects)) item->remark.to_do = kOnlyTheMap;
+    if (findings.is_one_plant) item->remark.to_do = std::string(kModelsDiffer) + ".";
     step.items.push_back(std::move(*item));
   }
   Section provenance{.title = "Provenance"};

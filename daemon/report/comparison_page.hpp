@@ -51,13 +51,16 @@ struct ComparedSubject {
 [[nodiscard]] std::string cause_sentence(const ComparedSubject& subject);
 
 /// What the comparison with the first run found: the heading of the page and the first line on the terminal. Without a
-/// point: "The plant has changed", "No change of a parameter found, and the first model holds".
+/// point: "Half dead band 0.149 to 0.311 V changed", "No change of a parameter found, and the first model holds".
 /// @param first, subject  of two records
 [[nodiscard]] std::string outcome(const ComparedSubject& first, const ComparedSubject& subject);
 
 /// The outcome that matters most of several: a change, then a model that does not fit or hold, then what is not shown.
 /// With more than one subject beside the first its label stands before it. @param subjects  at least two
 [[nodiscard]] std::string outcome_of_all(const std::vector<ComparedSubject>& subjects);
+
+/// What to do about the outcome.
+[[nodiscard]] std::string to_do_of(const ComparedSubject& subject);
 
 /// Whether the outcome is that nothing differs.
 [[nodiscard]] bool is_alike(const ComparedSubject& subject);
@@ -82,9 +85,10 @@ struct ComparedSubject {
 /// Result of a comparison.
 struct ComparisonFindings {
   std::string title;    ///< "Comparison of before and after"
-  std::string heading;  ///< "The plant has changed"
+  std::string heading;  ///< as of outcome_of_all()
   bool is_alike = false;
   bool is_one_record = false;  ///< models on one record, whose output is drawn once
+  bool is_one_plant = false;   ///< models of one record, on it or alone: where they differ, the models do
   std::vector<std::string> sentences = {};
   std::string to_do = {};                      ///< beside that of the changes; empty: nothing to say
   std::vector<std::string> sources = {};       ///< what is compared, with when it was written and its hash

@@ -9,7 +9,9 @@
 #include <filesystem>
 #include <system_error>
 
+#include "core/capitalised.hpp"
 #include "daemon/report/comparison_page.hpp"
+#include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
@@ -49,6 +51,34 @@ Finding finding_of(const ComparedSubject& subject) {
   return leaves_other(subject) ? Finding::leaves_other : Finding::alike;
 }
 
+/// "Half dead band 0.149 to 0.311 V, null -0.207 to -0.392 V", the clearest change first.
+std::string changes_text(const ComparedSubject& first, const ComparedSubject& subject) {
+  constexpr std::size_t kMostNamed = 3;
+  std::vector<const ident::ParameterChange*> changed;
+  for (const ident::ParameterChange& p : subject.change->parameters) {
+    if (p.changed) changed.push_back(&p);
+  }
+  if (changed.empty()) return "The plant";
+  const auto size = [](const ident::ParameterChange* p) {
+    return p->half_width > 0.0 ? std::abs(p->after - p->before) / p->half_width : 0.0;
+  };
+  std::stable_sort(changed.begin(), changed.end(), [&](const auto* a, const auto* b) { return size(a) > size(b); });
+  std::vector<std::string> texts;
+  for (const ident::ParameterChange* p : changed) {
+    if (texts.size() == kMostNamed) break;
+    const ident::DifferenceText text = ident::difference_text(p->after - p->before, p->half_width);
+    const bool is_dead_band = p->role == ident::ParameterRole::dead_band;
+    std::string name = is_dead_band ? "half dead band" : p->name;
+    if (texts.empty() && is_dead_band) name = capitalised(name);
+    texts.push_back(fmt::format("{} {} to {}{}", name,
+                                ident::value_text(p->name, p->before, first.model, text.resolution),
+                                ident::value_text(p->name, p->after, subject.model, text.resolution),
+                                ident::after_number(ident::unit_of(*p, subject.model))));
+  }
+  const std::size_t more = changed.size() - texts.size();
+  return fmt::format("{}{}", fmt::join(texts, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
 const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
   return subject.unfit->is_first ? first.label : subject.label;
 }
@@ -76,15 +106,39 @@ std::string cause_sentence(const ComparedSubject& subject) {
               ? "By the valve sheets the rods creep too slowly for a leak, so that dry friction or the load is another "
                 "one: friction takes a part of the gain and bends the edges of the dead band. Move the rod by hand, "
                 "and look at seals, guides and load."
-              : "Friction, a leak or a load is another one: a valve sheet of each rig state (`eha characterise`) tells "
-                "a leak from the other two.");
+              : "Friction, a leak or the load may have changed: `eha characterise` shows a leak as a drift inside the "
+                "dead band; without one look at seals, guides and load.");
+}
+
+std::string to_do_of(const ComparedSubject& subject) {
+  switch (finding_of(subject)) {
+    case Finding::does_not_fit:
+      return "Look at both records: an input that reaches one side only, a rod on its end stop, another signal. `eha "
+             "fit` of the record that the model does not fit says what lies in it.";
+    case Finding::other_input:
+      return "Record both with one experiment whose volts do not depend on the rod, so without [hold] and "
+             "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets.";
+    case Finding::cannot_tell:
+      return "Record both with one experiment, of one length and about one place, and compare again.";
+    case Finding::changed:
+      return advice_on({&*subject.change}, subject.map_cause, kUntilKnown);
+    case Finding::does_not_hold:
+      return cause_sentence(subject) + " Fit a model to the new record before you rely on one.";
+    case Finding::leaves_other:
+      return "The parameters hold. Look for what moves the output besides the input: noise of the sensor, friction, "
+             "air, or a map that fits less well.";
+    case Finding::alike:
+      break;
+  }
+  return subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
+                                         : "Nothing: no change of a parameter is shown.";
 }
 
 std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
   switch (finding_of(subject)) {
     case Finding::changed:
-      return fmt::format("The plant has changed{}",
-                         leaves_other(subject) ? ", and so has what the model leaves over" : "");
+      return fmt::format("{} changed{}", changes_text(first, subject),
+                         leaves_other(subject) ? ", and so did what the model leaves over" : "");
     case Finding::does_not_fit:
       return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
                          unfit_label(first, subject));

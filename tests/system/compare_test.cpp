@@ -71,12 +71,35 @@ TEST_F(TwoRuns, CompareWritesAReportThatNamesTheChange) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.out.find(" mm, "), std::string::npos) << ended.out;
   const std::string html = content_of(folder_->path() / "changes.html");
-  EXPECT_NE(html.find("The plant has changed"), std::string::npos);
+  EXPECT_NE(html.find("<h2>Half dead band 0.1"), std::string::npos) << html.substr(0, 9000);
   EXPECT_NE(html.find("dead_band moved by 0.0"), std::string::npos);
   EXPECT_NE(html.find("measured [mm]"), std::string::npos);
   if (std::system("command -v tidy >/dev/null") == 0) {
     EXPECT_EQ(std::system(("tidy -q -e '" + (folder_->path() / "changes.html").string() + "'").c_str()), 0);
   }
+}
+
+TEST_F(TwoRuns, CompareOfARunHasTheUsableBandOfItsOwnReport) {
+  const Ended ended = run_eha({"compare", before_, after_, "-o", "band.html"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(content_of(folder_->path() / "band.html").find(", 0.05 to 0.65 Hz."), std::string::npos);
+}
+
+TEST_F(TwoRuns, CompareOfModelsCarriesTheirGradesAndBlamesNoRig) {
+  const std::string good = before_ + "/models/integrator_lag_valve.json";
+  const std::string bad = before_ + "/models/rejected/fo.json";
+  const Ended ended = run_eha({"compare", good, bad, before_, "-o", "models.html"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find(" rejected\n"), std::string::npos) << ended.out;
+  const std::string html = content_of(folder_->path() / "models.html");
+  EXPECT_NE(html.find("<section class=\"verdict some\"><h2>Both models are of this record&#39;s plant; fo is rejected"),
+            std::string::npos)
+      << html.substr(html.find("<section"), 2000);
+  EXPECT_NE(html.find("fo: rejected by the fit that made it; R2 "), std::string::npos);
+  EXPECT_NE(html.find("To do: Do not use fo"), std::string::npos);
+  EXPECT_NE(html.find("Scored on the whole record with the offset estimated again"), std::string::npos);
+  EXPECT_EQ(html.find("the plants differ"), std::string::npos);
+  EXPECT_EQ(html.find("A lower speed is a lower gain"), std::string::npos);
 }
 
 TEST_F(TwoRuns, CompareClaimsNoChangeByAModelThatDoesNotFitItsRecord) {

@@ -19,6 +19,10 @@ inline Source source_of(const hal::SimOptions& options, double share = 1.0) {
   source.record.input = record.volts;
   source.record.output = record.displacement_in;
   source.experiment.emplace();
+  source.experiment->kind = config::Played{
+      .excitation = {
+          .kind = ident::Multisine{{{0.05, 1.9 * share, 1.8}, {0.2, 1.6 * share, 1.9}, {0.65, 1.5 * share, 4.2}}},
+          .offset_V = -0.1}};
   source.experiment->fit.decimation = 40;
   source.experiment->fit.discard_s = 10.0;
   return source;

@@ -56,7 +56,7 @@ TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   EXPECT_TRUE(page.missing.empty());
   EXPECT_NE(page.html.find("The plant has changed"), std::string::npos);
   EXPECT_NE(page.html.find("1 of 2 parameters changed."), std::string::npos);
-  EXPECT_LT(page.html.find("To do: Look for the cause of each change."), page.html.find("<svg")) << "in the box";
+  EXPECT_LT(page.html.find("To do: Look on the bench for what changed."), page.html.find("<svg")) << "in the box";
   EXPECT_NE(page.html.find(">0.2200</td>"), std::string::npos);
   EXPECT_NE(page.html.find("runs/&lt;before&gt;"), std::string::npos);
   // Changes, step, records over time, Bode plot; these models have no valve.
@@ -95,17 +95,65 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
       << other;
   EXPECT_NE(other.find(">of the first model, rms</td>"), std::string::npos);
   EXPECT_NE(other.find(">does not hold</td>"), std::string::npos) << "the table says the same";
-  EXPECT_NE(other.find("<dd>Friction, a leak or a load is another one"), std::string::npos) << other;
+  EXPECT_EQ(count(other, "Friction, a leak or the load may have changed"), 1U) << other;
+  EXPECT_LT(other.find("To do: Friction, a leak or the load may have changed"), other.find("<svg")) << "in the box";
+  EXPECT_NE(other.find("<dd>As the box above says.</dd>"), std::string::npos) << other;
   noisy.is_tight = true;
   noisy.change->parameters[0].after = 0.008;
   EXPECT_NE(
-      page(noisy).find("<dd>Nearest to a change is null, by 0.008 V, 80 % of what would show. By the valve "
+      page(noisy).find("To do: Nearest to a change is null, by 0.008 V, 80 % of what would show. By the valve "
                        "sheets the rods creep too slowly for a leak, so that dry friction or the load is another one"),
       std::string::npos)
       << page(noisy);
   EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
   noisy.change->changed = noisy.change->parameters[0].changed = true;
   EXPECT_NE(page(noisy).find("else dry friction or a leak past the piston"), std::string::npos);
+}
+
+TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
+  ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  model.input_unit = "V";
+  ident::PlantChange change;
+  change.changed = true;
+  change.parameters = {{.name = "K", .before = 0.148, .after = 0.149, .half_width = 0.003},
+                       {.name = "null",
+                        .role = ident::ParameterRole::valve_null,
+                        .before = -0.2066,
+                        .after = -0.3912,
+                        .half_width = 0.01,
+                        .changed = true},
+                       {.name = "dead_band",
+                        .role = ident::ParameterRole::dead_band,
+                        .before = 0.1487,
+                        .after = 0.3144,
+                        .half_width = 0.005,
+                        .changed = true}};
+  ComparedSubject after{.label = "after", .model = model, .change = change, .left_over = {1.0, 3.0, true}};
+  EXPECT_EQ(outcome({.label = "base", .model = model}, after),
+            "Half dead band 0.1487 to 0.3144 V, null -0.207 to -0.391 V changed, and so did what the model leaves over");
+  after.judges_left_over = false;
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed"));
+}
+
+TEST(ComparisonPage, BlamesTheModelsAndNotTheRigWhereTheyAreOfOneRecord) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  const auto html_of = [&](bool is_one_plant, bool is_alike) {
+    return comparison_page({.title = "Models",
+                            .heading = "x",
+                            .is_alike = is_alike,
+                            .is_one_plant = is_one_plant,
+                            .to_do = "Use it."},
+                           {{.label = "io", .model = model}, {.label = "fo", .model = model}})
+        .html;
+  };
+  const std::string one = html_of(true, true);
+  EXPECT_EQ(count(one, "the models differ, not the rig"), 2U) << "step and response";
+  EXPECT_EQ(one.find("the plants differ"), std::string::npos);
+  EXPECT_EQ(one.find("A lower speed is a lower gain"), std::string::npos);
+  EXPECT_NE(html_of(false, true).find("the plants differ at that frequency"), std::string::npos);
+  // The box looks otherwise where something is wrong.
+  EXPECT_NE(one.find("<section class=\"verdict all\">"), std::string::npos);
+  EXPECT_NE(html_of(true, false).find("<section class=\"verdict some\">"), std::string::npos);
 }
 
 TEST(ComparisonPage, CallsNoBandGreyThatItDoesNotKnow) {
@@ -117,7 +165,7 @@ TEST(ComparisonPage, CallsNoBandGreyThatItDoesNotKnow) {
   };
   EXPECT_EQ(html().find("Grey: the usable band"), std::string::npos);
   model.verdict->usable_band = ident::FrequencyInterval{0.05, 0.65};
-  EXPECT_NE(html().find("Grey: the usable band of base."), std::string::npos);
+  EXPECT_NE(html().find("Grey: the usable band of base, 0.05 to 0.65 Hz."), std::string::npos);
 }
 
 TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
@@ -197,7 +245,7 @@ TEST(ComparisonPage, SaysWhatHidesAChange) {
       std::string::npos);
   EXPECT_NE(unknown.find(">differs</td>"), std::string::npos);
   EXPECT_EQ(unknown.find(">yes</td>"), std::string::npos);
-  EXPECT_EQ(unknown.find("Look for the cause of each change"), std::string::npos);
+  EXPECT_EQ(unknown.find("Look on the bench for what changed"), std::string::npos);
 }
 
 TEST(StepFigure, GivesTheSpeedOfAnIntegratorAndTheTimeOfItsLag) {
