@@ -84,16 +84,9 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       fmt::format("Median {:.5g}{} (the dashed line), from {:.5g} to {:.5g}{} over {} records, each with {}.",
                   parameter.median, unit, lowest, highest, unit, parameter.estimates.size(),
                   is_compared ? "the interval by which it is compared" : "its 95 % interval");
-  if (parameter.estimates.size() == 1) {
-    item.remark.seen = fmt::format("{:.5g}{} in the one record, with its 95 % interval.", parameter.median, unit);
-  }
   const Trend* trend = trend_of(table, parameter.name);
   if (trend != nullptr) item.remark.seen += fmt::format(" It {} from the first to the last.", change_text(*trend));
-  if (!is_compared) {
-    item.remark.good = fmt::format("Nothing is compared with fewer than {} records.", kFewestForOutliers);
-    item.remark.to_do = "Record more.";
-    return item;
-  }
+  if (!is_compared) return item;  // the box says why
   item.remark.good = fmt::format(
       "Every interval holds the dashed line, without slope: the plant did not change. A record lies apart if its "
       "interval does not, which happens by chance in {:g} % of such tables; the interval holds its own error and the "
@@ -126,21 +119,27 @@ std::string records_table(const Table& table) {
       if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
     }
     RowFigures figures = row.figures;
-    rows.push_back({row.record.id, shown_name(row.record), row.recommended, grade_of(row),
+    rows.push_back({row.record.id, shown_name(row.record), row.rig, row.recommended, grade_of(row),
                     std::move(figures.fit_percent), std::move(figures.error), std::move(figures.form), names_apart(row),
                     std::move(missing)});
   }
   using report::Column;
-  return report::table({{"record", Column::name},
-                        {"source", Column::name},
-                        {"recommended", Column::name},
-                        {"grade"},
-                        {"fit on unseen data, %", Column::number},
-                        {"largest error", Column::number},
-                        {"in figures", Column::wide_text},
-                        {"apart in", Column::name},
-                        {"why no model, or not compared", Column::wide_text}},
-                       rows);
+  std::vector<report::TableColumn> columns{{"record", Column::id},
+                                           {"source", Column::name},
+                                           {"rig", Column::name},
+                                           {"recommended", Column::name},
+                                           {"grade"},
+                                           {"fit on unseen data, %", Column::number},
+                                           {"largest error", Column::number},
+                                           {"in figures", Column::wide_text},
+                                           {"apart in", Column::name},
+                                           {"why no model, or not compared", Column::wide_text}};
+  constexpr std::size_t kRig = 2;
+  if (std::all_of(rows.begin(), rows.end(), [](const auto& row) { return row[kRig].empty(); })) {  // files alone
+    for (auto& row : rows) row.erase(row.begin() + kRig);
+    columns.erase(columns.begin() + kRig);
+  }
+  return report::table(columns, rows);
 }
 
 std::string models_table(const Table& table) {
@@ -269,7 +268,8 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
 report::Page page_of(const Table& table, const std::string& next) {
   report::Section parameters{.title = fmt::format("Parameters of {} over the records", table.common_model)};
   for (const Parameter& parameter : parameters_of(table.rows, table.common_model)) {
-    parameters.items.push_back(parameter_item(table, parameter));
+    // One point shows no more than the table.
+    if (parameter.estimates.size() > 1) parameters.items.push_back(parameter_item(table, parameter));
   }
   report::Section models{.title = "Recommended models"};
   report::Section records{.title = "Records"};
@@ -289,7 +289,8 @@ report::Page page_of(const Table& table, const std::string& next) {
   for (const Row& row : table.rows) sources.push_back({row.record.id, row.record.source});
   report::Section provenance{.title = "Provenance", .folded = true};
   provenance.items.push_back(
-      {.heading = "", .html = report::table({{"record"}, {"file or run", report::Column::wide_text}}, sources)});
+      {.heading = "",
+       .html = report::table({{"record", report::Column::id}, {"file or run", report::Column::wide_text}}, sources)});
   const std::size_t failed = table.rows.size() - table.judged - table.missing;
   return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed, next),
                            {records, failures, models, parameters, provenance});

@@ -409,6 +409,20 @@ std::vector<WarningKind> warning_kinds(const Table& table) {
   return found;
 }
 
+namespace {
+
+/// The name of the rig of a run; empty where the source is none, or cannot be read any more.
+std::string rig_of(const std::string& source) {
+  try {
+    if (!record::is_run_folder(source)) return {};
+    return record::read_manifest(source).other.value(Json::json_pointer("/rig/name"), std::string());
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+}  // namespace
+
 std::string rig_units_of(const BatchFolder& folder) {
   std::optional<std::string> units;
   for (const Record& record : folder.batch().records) {
@@ -434,6 +448,7 @@ Table table_of(const BatchFolder& folder, const DisplayUnit& unit) {
             .fit = {},
             .recommended = "none",
             .outliers = {}};
+    row.rig = rig_of(record.source);
     if (std::optional<Result> result = folder.result(record)) {
       row.exit_code = result->exit_code;
       row.judged = is_judged(*result);

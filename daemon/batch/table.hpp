@@ -45,6 +45,7 @@ struct Row {
   std::vector<Outlier> outliers;           ///< of the table's common model
   std::vector<std::string> warnings = {};  ///< of `eha fit`, one sentence each
   RowFigures figures = {};
+  std::string rig = {};  ///< of a run; empty of a file
 };
 
 /// A parameter that rises or falls with the order of the records.

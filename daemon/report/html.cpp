@@ -26,6 +26,8 @@ const char* class_of(Column kind) {
       return " class=\"number\"";
     case Column::name:
       return " class=\"name\"";
+    case Column::id:
+      return " class=\"id\"";
     case Column::wide_text:
       return " class=\"wide\"";
     case Column::text:
@@ -99,6 +101,16 @@ std::string prose(std::string_view text) {
   return html;
 }
 
+/// An id breaks behind its separators, never within a number or a word.
+std::string id_html(std::string_view id) {
+  std::string html;
+  for (const char c : id) {
+    html += escaped(std::string_view(&c, 1));
+    if (c == '-' || c == '_' || c == '.') html += "<wbr>";
+  }
+  return html;
+}
+
 }  // namespace
 
 std::string with_code(std::string_view text) {
@@ -138,7 +150,8 @@ std::string table(const std::vector<TableColumn>& columns, const std::vector<std
     for (std::size_t i = 0; i < row.size(); ++i) {
       const std::string label =
           is_stacked ? fmt::format(" data-label=\"{}\"", escaped(columns[i].heading)) : std::string();
-      html += fmt::format("<td{}{}>{}</td>", class_of(columns[i].kind), label, with_code(row[i]));
+      html += fmt::format("<td{}{}>{}</td>", class_of(columns[i].kind), label,
+                          columns[i].kind == Column::id ? id_html(row[i]) : with_code(row[i]));
     }
     html += "</tr>\n";
   }

@@ -27,7 +27,7 @@ namespace eha::report {
 [[nodiscard]] std::string list(const std::vector<std::string>& items);
 
 /// Alignment of a column, and whether it may break a word: `name` a long one, `wide_text` a sentence's.
-enum class Column { text, number, name, wide_text };
+enum class Column { text, number, name, id, wide_text };  // an id breaks behind its hyphens
 
 struct TableColumn {
   std::string heading;

@@ -66,7 +66,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .plot svg { min-width: 500px; }
   pre { font-size: .75em; }
   th, td { padding-right: 6px; }
-  th:first-child, td:first-child { overflow-wrap: anywhere; }
+  th:first-child, td:first-child:not(.id) { overflow-wrap: anywhere; }
   .stacked thead { display: none; }
   .stacked, .stacked tbody, .stacked tr, .stacked td { display: block; width: 100%; }
   .stacked tr { border-bottom: 2px solid #111; padding: 4px 0; }

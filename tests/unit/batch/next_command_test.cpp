@@ -117,7 +117,8 @@ TEST_F(NextOfBatch, StandsOnThePageBehindWhatIsToDo) {
 TEST_F(NextOfBatch, LetsALongNameOnThePageBreakSoThatTheReasonsColumnHasRoom) {
   (void)next_of(kAlike);
   const std::string html = page_of(table_of(BatchFolder(path_))).html;
-  EXPECT_NE(html.find("<td class=\"name\" data-label=\"record\">0001</td>"), std::string::npos);
+  EXPECT_NE(html.find("<td class=\"id\" data-label=\"record\">0001</td>"), std::string::npos);
+  EXPECT_NE(html.find("<td class=\"name\" data-label=\"source\">"), std::string::npos);
   EXPECT_NE(html.find("td.name { overflow-wrap: anywhere;"), std::string::npos);
 }
 

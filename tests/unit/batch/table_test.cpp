@@ -128,7 +128,7 @@ TEST(BatchTable, GivesUnitsAndNoPluralOfOne) {
   const test::TemporaryFolder folder;
   const std::string html = page_of(table_with({0.15}, {}, folder.path())).html;
   EXPECT_EQ(html.find("over 1 records"), std::string::npos);
-  EXPECT_NE(html.find("0.15 in the one record"), std::string::npos);
+  EXPECT_EQ(html.find("<svg"), std::string::npos) << "a plot of one point";
   EXPECT_NE(html.find("1 of 1 record is judged."), std::string::npos);
 }
 
@@ -151,7 +151,35 @@ TEST(BatchTable, SaysWhyARecordHasNoModel) {
   EXPECT_EQ(why_none(table.rows[1]), "What is left is plain noise.");
   const std::string html = page_of(table).html;
   EXPECT_NE(html.find("What is left is plain noise."), std::string::npos);
-  EXPECT_NE(html.find("0002"), std::string::npos) << "on the axis";
+  EXPECT_NE(html.find("0002"), std::string::npos) << "in the table";
+}
+
+TEST(BatchPage, SaysOnceThatFewRecordsAreNotCompared) {
+  const test::TemporaryFolder folder;
+  const std::string html = page_of(table_with({0.150, 0.151}, {}, folder.path())).html;
+  EXPECT_NE(html.find("<svg"), std::string::npos);
+  EXPECT_NE(html.find("Nothing was compared: that needs 5 records"), std::string::npos);
+  EXPECT_EQ(html.find("Nothing is compared"), std::string::npos) << "again, beside a plot";
+  EXPECT_EQ(html.find("Record more."), std::string::npos);
+}
+
+TEST(BatchPage, NamesTheRigOfARunAndBreaksNoName) {
+  const test::TemporaryFolder folder;
+  const std::string run = (folder.path() / "20261126T101500Z-a").string();
+  std::filesystem::create_directories(run);
+  folder.write("20261126T101500Z-a/run.json",
+               R"({"schema": "eha-run/1", "outcome": "completed", "rig": {"name": "bench, worn"}})");
+  const Record record{.id = "0001-20261126T101500Z-a", .source = run, .sha256 = "1"};
+  BatchFolder batch(folder.path() / "judged", {rules_of({}), {record}});
+  batch.claim({});
+  (void)batch.work_folder(record);
+  batch.publish(record, fit_with(0.15, true));
+  const std::string html = page_of(table_of(batch)).html;
+  EXPECT_NE(html.find(">bench, worn</td>"), std::string::npos);
+  EXPECT_NE(html.find("<td class=\"id\" data-label=\"record\">0001-<wbr>20261126T101500Z-<wbr>a</td>"),
+            std::string::npos);
+  EXPECT_EQ(page_of(table_with({0.15}, {}, folder.path() / "files")).html.find(">rig</th>"), std::string::npos)
+      << "of files alone";
 }
 
 TEST(BatchTable, LeavesRejectedModelsOut) {
