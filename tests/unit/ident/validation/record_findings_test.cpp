@@ -256,7 +256,8 @@ TEST(ErrorJumpTest, IsFoundWhereRowsAreMissingAtSeveralPlaces) {
   }
 }
 
-/// A rod that goes to and fro about every 20 s, and an error that dry friction turns round at each turn, more at one.
+/// A rod that goes to and fro about every 20 s, and an error that dry friction turns round at each turn, more in one
+/// swing.
 std::optional<ErrorJump> jump_beside_friction(std::uint64_t seed, Eigen::Index slip_at, double slip) {
   const Eigen::VectorXd time = 0.04 * Eigen::VectorXd::LinSpaced(2500, 0.0, 2499.0);
   const Eigen::VectorXd model = (0.05 * 2.0 * std::numbers::pi * time.array()).sin();  // turns at 5, 15, .. 95 s
@@ -264,7 +265,7 @@ std::optional<ErrorJump> jump_beside_friction(std::uint64_t seed, Eigen::Index s
   std::mt19937_64 draw(seed);
   for (Eigen::Index k = 0; k < time.size(); ++k) {
     const bool is_forth = std::fmod(time[k] + 4.8, 20.0) < 10.0;
-    const double friction = is_forth && time[k] > 65.0 && time[k] < 76.0 ? 0.003 : is_forth ? 0.002 : -0.002;
+    const double friction = is_forth && time[k] > 75.0 && time[k] < 86.0 ? 0.0055 : is_forth ? 0.002 : -0.002;
     measured[k] += friction + 0.0001 * normal(draw);
     if (k >= slip_at) measured[k] += slip;
   }
@@ -279,7 +280,7 @@ TEST(ErrorJumpTest, IsNotAStepOfFrictionWhereTheMotionTurns) {
     const auto away = jump_beside_friction(seed, 1000, 0.009);
     ASSERT_TRUE(away) << seed;
     EXPECT_NEAR(away->time_s, 40.0, 0.2) << seed;
-    const auto at_a_turn = jump_beside_friction(seed, 1128, 0.015);
+    const auto at_a_turn = jump_beside_friction(seed, 1128, 0.03);
     ASSERT_TRUE(at_a_turn) << seed;
     EXPECT_NEAR(at_a_turn->time_s, 45.1, 0.3) << seed;
   }
