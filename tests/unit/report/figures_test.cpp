@@ -129,8 +129,9 @@ TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
                         .half_width = 0.005,
                         .changed = true}};
   ComparedSubject after{.label = "after", .model = model, .change = change, .left_over = {1.0, 3.0, true}};
-  EXPECT_EQ(outcome({.label = "base", .model = model}, after),
-            "Half dead band 0.1487 to 0.3144 V, null -0.207 to -0.391 V changed, and so did what the model leaves over");
+  EXPECT_EQ(
+      outcome({.label = "base", .model = model}, after),
+      "Half dead band 0.1487 to 0.3144 V, null -0.207 to -0.391 V changed, and so did what the model leaves over");
   after.judges_left_over = false;
   EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed"));
 }
