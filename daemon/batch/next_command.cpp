@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -13,23 +12,17 @@
 #include <vector>
 
 #include "core/free_name.hpp"
+#include "core/reading_options.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/batch/table_text.hpp"
 
 namespace eha::batch {
 namespace {
 
-/// The options of `eha fit` by which a file is read, and a record's part or rows chosen; `eha compare` has none of
-/// them.
-constexpr std::array<std::string_view, 12> kOfReading{"--time",    "--input",     "--output",     "--delimiter",
-                                                      "--decimal", "--thousands", "--period",     "--from",
-                                                      "--to",      "--resample",  "--input-late", "--keep-lone-rows"};
-
+/// Whether a file is read by options, or a record's part or rows chosen; `eha compare` has no such options.
 bool is_read_by_options(const std::vector<std::string>& options) {
-  return std::any_of(options.begin(), options.end(), [](const std::string& word) {
-    const std::string_view name = std::string_view(word).substr(0, word.find('='));
-    return std::find(kOfReading.begin(), kOfReading.end(), name) != kOfReading.end();
-  });
+  return std::any_of(options.begin(), options.end(),
+                     [](const std::string& word) { return reading_option(word) != nullptr; });
 }
 
 /// " --intersample foh" as the records were fitted; empty where no option says it.

@@ -40,8 +40,8 @@ struct RunProgress {
 [[nodiscard]] RunProgress progress_of(const nlohmann::ordered_json& status);
 
 /// "37.7 s left, end 14:32:10  2.953 in, margin 0.80 in  +1.20 V, 0 late  [----#-----]": at most 100 columns. Before
-/// the experiment "preparing for 34.0 s, then 1:40 min". Near a limit, and where more rows are lost than a valve sheet may
-/// lack, the line starts with a warning.
+/// the experiment "preparing for 34.0 s, then 1:40 min". Near a limit, and where more rows are lost than a valve sheet
+/// may lack, the line starts with a warning.
 /// @param now  of the wall clock, local time is shown
 [[nodiscard]] std::string run_line(const RunProgress& progress, const DisplayUnit& unit,
                                    std::chrono::system_clock::time_point now);

@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <sstream>
 #include <string_view>
-#include <utility>
 
 #include "core/free_name.hpp"
+#include "core/reading_options.hpp"
 #include "core/shell_word.hpp"
 
 namespace eha::importer {
@@ -81,20 +80,6 @@ std::string copy_of(const std::filesystem::path& path, const std::string& taken 
   return name == taken ? next_free_name(name) : free_name(name);
 }
 
-/// The options that say how a record is read, each with whether a value follows.
-constexpr std::array<std::pair<std::string_view, bool>, 12> kReading{{{"--time", true},
-                                                                      {"--input", true},
-                                                                      {"--output", true},
-                                                                      {"--delimiter", true},
-                                                                      {"--decimal", true},
-                                                                      {"--thousands", true},
-                                                                      {"--period", true},
-                                                                      {"--from", true},
-                                                                      {"--to", true},
-                                                                      {"--input-late", true},
-                                                                      {"--resample", false},
-                                                                      {"--keep-lone-rows", false}}};
-
 }  // namespace
 
 std::string command_with(const Options& options, const std::filesystem::path& path, const std::string& extra) {
@@ -155,12 +140,10 @@ std::string words_of_reading(const std::string& command) {
   }
   std::string found;
   for (std::size_t i = 0; i < words.size() && words[i] != "--"; ++i) {
-    const std::string name = words[i].substr(0, words[i].find('='));
-    const auto option =
-        std::find_if(kReading.begin(), kReading.end(), [&](const auto& one) { return one.first == name; });
-    if (option == kReading.end()) continue;
+    const ReadingOption* option = reading_option(words[i]);
+    if (option == nullptr) continue;
     found += " " + shell_quoted(words[i]);
-    if (option->second && name == words[i] && i + 1 < words.size()) found += " " + shell_quoted(words[++i]);
+    if (option->has_value && option->name == words[i] && i + 1 < words.size()) found += " " + shell_quoted(words[++i]);
   }
   return found;
 }

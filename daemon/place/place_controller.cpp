@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/placing_speed.hpp"
+
 namespace eha::place {
 namespace {
 
-constexpr double kSpeed_in_per_s = 0.3;
-constexpr double kShareOfVelocityLimit = 0.1;
 constexpr double kApproach_per_s = 1.5;
 constexpr double kBias_rad_s = 3.0;
 constexpr double kVelocityFilter_s = 0.1;
@@ -23,12 +23,8 @@ constexpr double kLeastShareOfSpeed = 0.2;  ///< that the time-out allows for
 
 }  // namespace
 
-double placing_speed_in_per_s(const config::RigLimits& limits) noexcept {
-  return std::min(kSpeed_in_per_s, kShareOfVelocityLimit * limits.velocity_limit_in_per_s);
-}
-
 double placing_time_s(const config::RigLimits& limits, double way_in) noexcept {
-  const double wanted = placing_speed_in_per_s(limits);
+  const double wanted = config::placing_speed_in_per_s(limits);
   const LoopBounds bounds = loop_bounds(limits, wanted);
   double reached = wanted;
   if (const auto& valve = bounds.valve) {
@@ -41,7 +37,7 @@ double placing_time_s(const config::RigLimits& limits, double way_in) noexcept {
 PlaceController::PlaceController(const config::RigLimits& limits, double period_s, double target_in) noexcept
     : period_s_(period_s),
       target_in_(target_in),
-      speed_in_per_s_(placing_speed_in_per_s(limits)),
+      speed_in_per_s_(config::placing_speed_in_per_s(limits)),
       monitor_(loop_bounds(limits, speed_in_per_s_), period_s),
       bias_V_(monitor_.bounds().null_V) {
   if (const auto& valve = monitor_.bounds().valve) {

@@ -11,9 +11,6 @@ namespace eha::place {
 inline constexpr double kTolerance_in = 0.02;  ///< a rod so near is in its place
 inline constexpr double kSettled_s = 0.5;      ///< once it has been so near for so long
 
-/// Fastest speed of a placing: 0.3 in/s, at most a tenth of the rig's velocity limit [in/s].
-[[nodiscard]] double placing_speed_in_per_s(const config::RigLimits& limits) noexcept;
-
 /// How long a placing may take [s]: twice the way at the speed that the bounds of its volts allow, and 20 s for finding
 /// the valve's null and dead band.
 [[nodiscard]] double placing_time_s(const config::RigLimits& limits, double way_in) noexcept;

@@ -9,8 +9,8 @@
 #include <limits>
 #include <optional>
 
+#include "config/placing_speed.hpp"
 #include "core/millimetre_key.hpp"
-#include "daemon/place/place_controller.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -43,9 +43,9 @@ std::string late_loop(const config::RealtimeOptions& realtime) {
 /// A placing moves at a tenth of the velocity limit at most.
 std::string slow_placing(config::RigLimits limits) {
   const double limit_in_per_s = limits.velocity_limit_in_per_s;
-  const double speed_in_per_s = place::placing_speed_in_per_s(limits);
+  const double speed_in_per_s = config::placing_speed_in_per_s(limits);
   limits.velocity_limit_in_per_s = std::numeric_limits<double>::max();
-  const double usual_in_per_s = place::placing_speed_in_per_s(limits);
+  const double usual_in_per_s = config::placing_speed_in_per_s(limits);
   if (limit_in_per_s >= usual_in_per_s) return {};
   return fmt::format(
       "limits.velocity_limit_in_per_s = {0:g} in/s ({1:.3g} mm/s) is below the usual {2:g} in/s ({3:.3g} mm/s) of "
