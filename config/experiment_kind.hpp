@@ -14,7 +14,7 @@
 // The kinds of an experiment, with their tables in the file. For each kind there is one function in
 //   experiment_config.cpp          which reads it,
 //   experiment_check.cpp           which checks it against the rig and makes its table of volts,
-//   daemon/play/source.cpp         which makes its source of volts,
+//   daemon/play/volts_source.cpp   which makes its source of volts,
 //   daemon/rig/confirmation.cpp    which says how the actuator moves,
 //   daemon/record/config_json.cpp  which records it,
 //   daemon/eha/run_command.cpp     which reports its completed run, and

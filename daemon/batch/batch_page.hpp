@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/batch/table.hpp"
+#include "daemon/batch/batch_table.hpp"
 #include "daemon/report/page.hpp"
 
 namespace eha::batch {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/batch/table.hpp"
+#include "daemon/batch/batch_table.hpp"
 
 // What a table of records says in sentences.
 

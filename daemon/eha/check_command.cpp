@@ -17,7 +17,7 @@
 #include "config/tone_grid.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"

@@ -16,7 +16,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "core/unit_names.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/version.hpp"
 

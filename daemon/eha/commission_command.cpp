@@ -17,7 +17,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/commission_page.hpp"
 #include "daemon/eha/commission_session.hpp"
 #include "daemon/eha/commission_state.hpp"

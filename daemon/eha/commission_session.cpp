@@ -9,7 +9,7 @@
 #include <exception>
 
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/next_command.hpp"
 
 namespace eha::cli {

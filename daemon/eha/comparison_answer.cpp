@@ -11,7 +11,7 @@
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/short_report.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/change_causes.hpp"

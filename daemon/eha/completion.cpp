@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/eha/command_line.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 
 namespace eha::cli {
 namespace {

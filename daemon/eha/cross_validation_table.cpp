@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/identify/cross_validation.hpp"
 
 namespace eha::cli {

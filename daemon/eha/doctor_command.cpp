@@ -21,7 +21,7 @@
 #include "daemon/doctor/run_folder_check.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/rig/trusted_file.hpp"

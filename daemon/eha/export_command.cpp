@@ -17,7 +17,7 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/exported_origin.hpp"
 #include "daemon/eha/model_argument.hpp"

@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "daemon/eha/model_options.hpp"
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 #include "ident/fit_options.hpp"
 
 namespace eha::cli {

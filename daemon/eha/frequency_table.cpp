@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "ident/model/parameter_text.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/console.hpp"
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 
 namespace CLI {
 class App;

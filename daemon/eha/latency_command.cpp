@@ -10,11 +10,11 @@
 #include "daemon/doctor/latency.hpp"
 #include "daemon/doctor/load_threads.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/record/report_json.hpp"
 
 namespace eha::cli {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 
 namespace eha::cli {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/eha/equation.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"

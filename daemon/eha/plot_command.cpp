@@ -17,7 +17,7 @@
 #include "core/shell_word.hpp"
 #include "core/text.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"

@@ -14,7 +14,7 @@
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/study_output.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/published/published_page.hpp"
 #include "daemon/published/published_summary.hpp"
 #include "ident/validation/verdict.hpp"

@@ -15,7 +15,7 @@
 
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/rod_status.hpp"

@@ -8,7 +8,7 @@
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/track_report.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_local.hpp"
 #include "daemon/eha/run_service.hpp"

@@ -33,10 +33,10 @@
 #include "daemon/eha/ruler.hpp"
 #include "daemon/eha/run_command.hpp"
 #include "daemon/eha/run_follower.hpp"
+#include "daemon/eha/sheet_answer.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/track_report.hpp"
-#include "daemon/eha/valve_sheet.hpp"
 #include "daemon/identify/publish.hpp"
 
 namespace eha::cli {

@@ -16,7 +16,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/run_line.hpp"
 #include "daemon/eha/short_report.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/record/manifest.hpp"
 
 namespace eha::cli {

@@ -17,7 +17,7 @@
 #include "core/os/files.hpp"
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_list.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"

@@ -13,7 +13,7 @@
 #include "daemon/eha/console.hpp"
 #include "daemon/eha/fit_command.hpp"
 #include "daemon/eha/new_folders.hpp"
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 #include "daemon/identify/sweep.hpp"
 #include "daemon/importer/asked_command.hpp"
 #include "ident/model/model_file.hpp"

@@ -16,7 +16,7 @@
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/eha/axis_table.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/following_warning.hpp"

@@ -13,7 +13,7 @@
 #include "core/program_path.hpp"
 #include "daemon/control/socket_path.hpp"
 #include "daemon/eha/command.hpp"
-#include "daemon/eha/commands.hpp"
+#include "daemon/eha/command_list.hpp"
 
 namespace eha::cli {
 namespace {

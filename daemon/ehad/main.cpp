@@ -13,9 +13,9 @@
 #include "core/error.hpp"
 #include "core/os/standard_streams.hpp"
 #include "daemon/ehad/log.hpp"
-#include "daemon/ehad/options.hpp"
 #include "daemon/ehad/own_folders.hpp"
 #include "daemon/ehad/service.hpp"
+#include "daemon/ehad/service_options.hpp"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "daemon/ehad/options.hpp"
+#include "daemon/ehad/service_options.hpp"
 
 namespace eha::service {
 

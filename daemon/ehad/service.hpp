@@ -13,7 +13,7 @@
 #include "daemon/control/server.hpp"
 #include "daemon/ehad/audit_limiter.hpp"
 #include "daemon/ehad/notify.hpp"
-#include "daemon/ehad/options.hpp"
+#include "daemon/ehad/service_options.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/ehad/user_names.hpp"
 

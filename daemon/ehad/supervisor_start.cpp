@@ -10,7 +10,7 @@
 #include "config/experiment_config.hpp"
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
-#include "daemon/ehad/play.hpp"
+#include "daemon/ehad/queued_play.hpp"
 #include "daemon/ehad/supervisor.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/rig/motion_at_rest.hpp"

@@ -7,7 +7,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
-#include "daemon/replay/trial.hpp"
+#include "daemon/replay/twin_trial.hpp"
 #include "hal/sim/sim_options.hpp"
 #include "ident/design/improvement.hpp"
 #include "ident/executor.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/experiment_config.hpp"
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/record.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 namespace eha::importer {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 
 // The command that asked for a record, as a refusal or a remark gives it back: with everything that was typed, and what
 // it lacked.

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/importer/importer_options.hpp"
 #include "daemon/importer/number_signs.hpp"
-#include "daemon/importer/options.hpp"
 
 namespace eha::importer {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/importer/dialect.hpp"
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 
 namespace eha::importer {
 

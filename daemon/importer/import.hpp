@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 #include "daemon/importer/output_findings.hpp"
 #include "daemon/record/record_csv.hpp"
 #include "ident/record.hpp"

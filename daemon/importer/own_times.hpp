@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "daemon/importer/imported_table.hpp"
 #include "daemon/importer/roles.hpp"
-#include "daemon/importer/table.hpp"
 
 // Channels that have a column of times each: "time 1, ch 1, time 2, ch 2".
 

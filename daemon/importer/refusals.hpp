@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/imported_table.hpp"
+#include "daemon/importer/importer_options.hpp"
 #include "daemon/importer/roles.hpp"
-#include "daemon/importer/table.hpp"
 #include "ident/record.hpp"
 
 // Tables whose rows are read, but not what a record needs: each refusal names the command that reads it.

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/importer/imported_table.hpp"
 #include "daemon/importer/roles.hpp"
-#include "daemon/importer/table.hpp"
 
 namespace eha::importer {
 

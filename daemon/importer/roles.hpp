@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "daemon/importer/options.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
+#include "daemon/importer/importer_options.hpp"
 
 namespace eha::importer {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/importer/dialect.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 namespace eha::importer {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/importer/dialect.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 #include "daemon/importer/text_lines.hpp"
 
 // The columns of a file of text, by its header and its first rows.

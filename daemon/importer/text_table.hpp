@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/os/file_descriptor.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 namespace eha::importer {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "daemon/importer/column_names.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 namespace eha::importer {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 namespace eha::importer {
 

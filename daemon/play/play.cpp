@@ -19,7 +19,7 @@
 #include "daemon/acquisition/record_queue.hpp"
 #include "daemon/delays/run_delays.hpp"
 #include "daemon/play/journal_thread.hpp"
-#include "daemon/play/source.hpp"
+#include "daemon/play/volts_source.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/report_json.hpp"

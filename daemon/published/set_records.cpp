@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "core/error.hpp"
+#include "daemon/importer/imported_table.hpp"
 #include "daemon/importer/roles.hpp"
-#include "daemon/importer/table.hpp"
 
 namespace eha::published {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/replay/calibration.hpp"
+#include "daemon/replay/twin_calibration.hpp"
 
 namespace eha::replay {
 

@@ -22,8 +22,8 @@ struct TwinSpread {
   double spool = 0.1;
 };
 
-/// Returns the spread about a twin that was fitted to a record, or is the rig itself: as in daemon/replay/trial.hpp,
-/// with the valve's uncertainty.
+/// Returns the spread about a twin that was fitted to a record, or is the rig itself: as in
+/// daemon/replay/twin_trial.hpp, with the valve's uncertainty.
 [[nodiscard]] TwinSpread spread_about_fitted(const ident::ValveNumbers& valve);
 /// Returns the spread about a twin of which only valve and lag were measured: friction, oil, mass and leakage are
 /// unknown.

@@ -19,11 +19,11 @@
 #include "daemon/web/access.hpp"
 #include "daemon/web/daemon_feed.hpp"
 #include "daemon/web/listeners.hpp"
-#include "daemon/web/options.hpp"
 #include "daemon/web/response_meter.hpp"
 #include "daemon/web/run_store.hpp"
 #include "daemon/web/site.hpp"
 #include "daemon/web/stop_token.hpp"
+#include "daemon/web/web_options.hpp"
 #include "daemon/web/web_server.hpp"
 
 namespace {

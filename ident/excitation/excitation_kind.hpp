@@ -10,7 +10,7 @@
 #include "ident/excitation/prms.hpp"
 #include "ident/excitation/sine.hpp"
 #include "ident/excitation/step.hpp"
-#include "ident/excitation/table.hpp"
+#include "ident/excitation/table_excitation.hpp"
 
 namespace eha::ident {
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command after the table of a batch.
-#include "daemon/batch/next_command.hpp"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "daemon/batch/batch_page.hpp"
+#include "daemon/batch/next_of_batch.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::batch {

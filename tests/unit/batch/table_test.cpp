@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the records of a batch can show of a parameter.
-#include "daemon/batch/table.hpp"
-
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "daemon/batch/batch_page.hpp"
+#include "daemon/batch/batch_table.hpp"
 #include "daemon/batch/record_list.hpp"
 #include "daemon/batch/table_text.hpp"
 #include "ident/model/model_file.hpp"

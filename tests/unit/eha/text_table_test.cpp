@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/text_table.hpp"
-
 #include <gtest/gtest.h>
+
+#include "daemon/eha/terminal_table.hpp"
 
 namespace eha::cli {
 namespace {

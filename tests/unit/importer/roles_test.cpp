@@ -13,7 +13,7 @@
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/import.hpp"
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::importer {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "config/characterisation.hpp"
-#include "daemon/play/source.hpp"
+#include "daemon/play/volts_source.hpp"
 #include "tests/unit/place/slip_rig.hpp"
 
 namespace eha::play {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "daemon/replay/calibration.hpp"
+#include "daemon/replay/twin_calibration.hpp"
 #include "daemon/replay/twin_parameter.hpp"
 #include "tests/unit/replay/twin_record.hpp"
 

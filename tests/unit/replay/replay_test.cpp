@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "daemon/replay/calibration.hpp"
+#include "daemon/replay/twin_calibration.hpp"
 #include "daemon/replay/twin_file.hpp"
 #include "daemon/replay/twin_parameter.hpp"
 #include "tests/unit/replay/twin_record.hpp"

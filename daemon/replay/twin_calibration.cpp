@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/replay/calibration.hpp"
+#include "daemon/replay/twin_calibration.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/web/options.hpp"
+#include "daemon/web/web_options.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/excitation/table.hpp"
+#include "ident/excitation/table_excitation.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/ehad/play.hpp"
+#include "daemon/ehad/queued_play.hpp"
 
 #include <spdlog/spdlog.h>
 

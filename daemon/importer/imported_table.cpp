@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/importer/table.hpp"
+#include "daemon/importer/imported_table.hpp"
 
 #include <fmt/format.h>
 

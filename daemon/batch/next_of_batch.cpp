@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/batch/next_command.hpp"
+#include "daemon/batch/next_of_batch.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/replay/trial.hpp"
+#include "daemon/replay/twin_trial.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/text_table.hpp"
+#include "daemon/eha/terminal_table.hpp"
 
 #include <algorithm>
 #include <cstddef>

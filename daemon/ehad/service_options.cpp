@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/ehad/options.hpp"
+#include "daemon/ehad/service_options.hpp"
 
 #include <CLI/CLI.hpp>
 #include <filesystem>

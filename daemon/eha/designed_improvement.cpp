@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/eha/improvement.hpp"
+#include "daemon/eha/designed_improvement.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

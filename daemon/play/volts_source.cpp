@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/play/source.hpp"
+#include "daemon/play/volts_source.hpp"
 
 #include <optional>
 #include <utility>

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "daemon/batch/batch_folder.hpp"
-#include "daemon/batch/table.hpp"
+#include "daemon/batch/batch_table.hpp"
 
 namespace eha::batch {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/batch/table.hpp"
+#include "daemon/batch/batch_table.hpp"
 
 #include <fmt/format.h>
 

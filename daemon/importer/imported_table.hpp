@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "daemon/importer/clock_text.hpp"
-#include "daemon/importer/options.hpp"
+#include "daemon/importer/importer_options.hpp"
 
 namespace eha::importer {
 

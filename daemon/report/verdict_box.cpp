@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/validation/verdict.hpp"
+#include "daemon/report/verdict_box.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,11 +18,11 @@
 #include "daemon/report/next_text.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
-#include "daemon/report/verdict_box.hpp"
 #include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
+#include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::report {
