@@ -10,6 +10,9 @@
 
 namespace eha::config {
 
+/// Of its rows a run may lack so many and still give a valve sheet [%].
+inline constexpr double kMostLostRows_percent = 1.0;
+
 /// A valve of which nothing is known is explored slowly before its sheet is played: for at most so long [s].
 inline constexpr double kLongestExploring_s = 900.0;
 

@@ -18,6 +18,7 @@ struct LoopCounters {
   std::uint64_t experiment_rows = 0;  ///< rows in state running, skipped ones included
   std::uint64_t late = 0;             ///< ticks that started more than half a period late
   std::uint64_t skipped = 0;          ///< grid ticks that never ran
+  std::uint64_t skipped_rows = 0;     ///< of `experiment_rows`, those of such ticks
   std::uint64_t timeouts = 0;         ///< reads and writes that timed out and were held
   std::uint64_t clamped = 0;          ///< commands cut to the rig's range
   std::uint64_t slew_limited = 0;     ///< commands slowed to the rig's slew limit
@@ -50,6 +51,13 @@ struct Snapshot {
   std::int64_t execution_max_ns = 0;
   LoopCounters counters;
 };
+
+/// Share of the experiment's rows that skipped ticks have lost so far [%].
+[[nodiscard]] inline double lost_percent(const Snapshot& now) noexcept {
+  return now.experiment_rows == 0
+             ? 0.0
+             : 100.0 * static_cast<double>(now.counters.skipped_rows) / static_cast<double>(now.experiment_rows);
+}
 
 /// Holds the latest Snapshot, written by the loop and read by any thread; neither waits for the other (a sequence
 /// lock). Real-time safe on the writing side (one writer). Reading is thread-safe and retries while a write is under

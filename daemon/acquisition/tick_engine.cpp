@@ -62,7 +62,9 @@ TickRecord TickEngine::tick(const TickInputs& inputs) noexcept {
     // Counted here, not in skipped_row(), which the loop does not call beyond some number.
     const std::int64_t played = inputs.sequence - first_row_;
     const std::int64_t missed = std::min<std::int64_t>(played, rows_) - (played - inputs.skipped);
-    counters_.experiment_rows += static_cast<std::uint64_t>(std::max<std::int64_t>(0, missed));
+    const auto lost = static_cast<std::uint64_t>(std::max<std::int64_t>(0, missed));
+    counters_.experiment_rows += lost;
+    counters_.skipped_rows += lost;
   }
 
   const bool is_late = inputs.lateness_ns > period_ns_ / 2;

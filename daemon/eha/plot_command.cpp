@@ -62,7 +62,7 @@ What is drawn:
   another table       its columns over the first one
   model               gain and phase over frequency, with 95 % bounds (narrow ones are hidden by the line) within the
                       usable band, which is grey, and dotted beyond it; the measured response and its noise if
-                      frequency_response.csv is beside it, the model behind its map at the measured lines (squares), and
+                      frequency_response.csv is beside it, the model behind its map at the measured lines (crosses), and
                       the measured gain over the model's on a scale of its own. Its grade and its parameters with their
                       95 % intervals are printed
   controller          over time a step on its twin: position and reference, error, command; its report has the rest

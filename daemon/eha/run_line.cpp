@@ -7,6 +7,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "config/characterisation.hpp"
 #include "daemon/eha/rod_text.hpp"
 
 namespace eha::cli {
@@ -17,8 +18,6 @@ using Json = nlohmann::ordered_json;
 constexpr int kBarWidth = 13;
 /// A shorter way to the start is not mentioned.
 constexpr double kShown_s = 1.0;
-/// Of the rows; a valve sheet may lack no more.
-constexpr double kMostLost_percent = 1.0;
 
 double number_in(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -30,10 +29,6 @@ std::string clock_text(std::chrono::system_clock::time_point when) {
   std::tm local{};
   localtime_r(&seconds, &local);
   return fmt::format("{:02}:{:02}:{:02}", local.tm_hour, local.tm_min, local.tm_sec);
-}
-
-double lost_percent(std::uint64_t skipped, double step_s, double total_s) {
-  return total_s > 0.0 ? 100.0 * static_cast<double>(skipped) * step_s / total_s : 0.0;
 }
 
 }  // namespace
@@ -59,7 +54,7 @@ RunProgress progress_of(const acquisition::Snapshot& now, const config::RigConfi
           .latency_max_us = static_cast<double>(now.latency_max_ns) * 1e-3,
           .late = now.counters.late,
           .skipped = now.counters.skipped,
-          .lost_percent = lost_percent(now.counters.skipped, step_s, now.experiment_rows * step_s)};
+          .lost_percent = acquisition::lost_percent(now)};
 }
 
 RunProgress progress_of(const Json& status) {
@@ -74,11 +69,10 @@ RunProgress progress_of(const Json& status) {
                        .latency_max_us = number_in(run, "latency_max_us"),
                        .late = run.value("late", std::uint64_t{0}),
                        .skipped = run.value("skipped", std::uint64_t{0}),
+                       .lost_percent = number_in(run, "lost_percent"),
                        .is_real_time = !run.value("fast", false),
                        .exploring_at_most_s = number_in(run, "exploring_at_most_s"),
                        .is_placing = run.value("only_places", false)};
-  if (const double ticks = number_in(run, "ticks") + static_cast<double>(progress.skipped); ticks > 0.0)
-    progress.lost_percent = lost_percent(progress.skipped, progress.elapsed_s / ticks, progress.total_s);
   if (const Json rod = status.value("rod", Json()); rod.is_object()) {
     progress.travel_min_in = number_in(rod, "travel_min_in");
     progress.travel_max_in = number_in(rod, "travel_max_in");
@@ -102,7 +96,8 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
   if (progress.velocity_percent > 100.0 * acquisition::kWarningShare) {
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
-  if (progress.lost_percent > kMostLost_percent) line += fmt::format("ROWS LOST: {:.2g} %  ", progress.lost_percent);
+  if (!progress.is_placing && progress.lost_percent > config::kMostLostRows_percent)
+    line += fmt::format("ROWS LOST: {:.2g} %  ", progress.lost_percent);
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
   if (progress.exploring_at_most_s > 0.0) {
     const double most_s = std::max(0.0, progress.exploring_at_most_s - progress.elapsed_s);

@@ -44,6 +44,7 @@ Json describe(const Snapshot& now, double step_s) {
       {"ticks", now.counters.ticks},
       {"late", now.counters.late},
       {"skipped", now.counters.skipped},
+      {"lost_percent", acquisition::lost_percent(now)},
       {"dropped", now.counters.dropped},
       {"queue_peak", now.counters.queue_peak}};
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/QR>
+#include <vector>
 
 namespace eha::importer {
 namespace {
@@ -11,9 +12,10 @@ namespace {
 using Eigen::Index;
 
 constexpr Index kFewestShowing = 60;
-constexpr Index kMostShowing =
-    200'000;                       // of a longer record every so many: the columns of all would take its memory tenfold
-constexpr double kByItsRow = 0.5;  // of the output's variance
+/// Of a longer record the columns of all rows would take its memory tenfold: so many parts of so many rows show it.
+constexpr Index kShownParts = 200;
+constexpr Index kRowsOfShownPart = 1000;
+constexpr double kByItsRow = 0.5;    // of the output's variance
 constexpr double kByPastRows = 0.8;  // of it, at most
 constexpr double kLeftBeside = 0.5;  // of what past rows leave over, with the row's own input
 constexpr double kLeastLeft = 0.02;  // of the motions' variance, by past rows
@@ -26,17 +28,29 @@ double share_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& y) {
   return 1.0 - left.squaredNorm() / (y.array() - y.mean()).square().sum();
 }
 
-/// Rows of a long record that stand for all: evenly spaced ones, each with its own neighbours.
-struct Showing {
-  Index stride;
-  Index count;
+/// Rows of a record that stand for all: of a long one evenly spaced parts, in which no period of the input hides.
+class Showing {
+ public:
+  explicit Showing(Index rows) {
+    const bool is_long = rows > kShownParts * kRowsOfShownPart;
+    const Index parts = is_long ? kShownParts : 1;
+    const Index length = is_long ? kRowsOfShownPart : rows;
+    rows_.reserve(static_cast<std::size_t>(parts * length));
+    for (Index part = 0; part < parts; ++part) {
+      const Index begin = parts == 1 ? 0 : part * (rows - length) / (parts - 1);
+      for (Index row = begin; row < begin + length; ++row) rows_.push_back(row);
+    }
+  }
 
-  explicit Showing(Index rows) : stride(1 + (rows - 1) / kMostShowing), count((rows - 1) / stride + 1) {}
+  [[nodiscard]] Index count() const { return static_cast<Index>(rows_.size()); }
 
   /// The values of those rows, `later` rows on.
   [[nodiscard]] Eigen::VectorXd of(const Eigen::VectorXd& values, Index later) const {
-    return values(Eigen::seqN(later, count, stride));
+    return values.tail(values.size() - later)(rows_);
   }
+
+ private:
+  std::vector<Index> rows_;
 };
 
 }  // namespace
@@ -47,12 +61,12 @@ std::string remark_on_slow_rows(const Eigen::VectorXd& input, const Eigen::Vecto
   const Showing rows(n);
   const Eigen::VectorXd y = rows.of(output, 2);
   if (!(y.maxCoeff() > y.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
-  Eigen::MatrixXd columns(rows.count, 6);
-  columns << Eigen::VectorXd::Ones(rows.count), rows.of(input, 1), rows.of(input, 0), rows.of(output, 1),
+  Eigen::MatrixXd columns(rows.count(), 6);
+  columns << Eigen::VectorXd::Ones(rows.count()), rows.of(input, 1), rows.of(input, 0), rows.of(output, 1),
       rows.of(output, 0), rows.of(input, 2);
   const double by_past = share_of(columns.leftCols(5), y);
   if (by_past > kByPastRows) return {};
-  Eigen::MatrixXd own(rows.count, 2);
+  Eigen::MatrixXd own(rows.count(), 2);
   own << columns.col(0), columns.col(5);
   const double by_own = share_of(own, y);
   const double by_all = share_of(columns, y);
@@ -71,8 +85,8 @@ std::string motion_within_rows(const Eigen::VectorXd& input, const Eigen::Vector
   const Showing rows(n);
   const Eigen::VectorXd motion = rows.of(motions, 2);
   if (!(motion.maxCoeff() > motion.minCoeff()) || !(input.maxCoeff() > input.minCoeff())) return {};
-  Eigen::MatrixXd columns(rows.count, 8);
-  columns << Eigen::VectorXd::Ones(rows.count), rows.of(input, 2), rows.of(input, 1), rows.of(input, 0),
+  Eigen::MatrixXd columns(rows.count(), 8);
+  columns << Eigen::VectorXd::Ones(rows.count()), rows.of(input, 2), rows.of(input, 1), rows.of(input, 0),
       rows.of(motions, 1), rows.of(motions, 0), rows.of(output, 2), rows.of(input, 3);
   const double left = 1.0 - share_of(columns.leftCols(7), motion);
   const double by_next = left - (1.0 - share_of(columns, motion));

@@ -95,7 +95,8 @@ std::string drawn_with(const Series& series, bool in_characters) {
     case Mark::impulses:
       return fmt::format("with impulses {} lw 2.5", colour);
     case Mark::error_bars:
-      return fmt::format("with yerrorbars {} pt {} ps 0.9 lw 1.6", colour, style.point);
+      // A ring about the model's point on it.
+      return fmt::format("with yerrorbars {} pt {} ps {} lw 1.6", colour, style.point, series.style == 0 ? 1.6 : 0.9);
     case Mark::band:
     case Mark::area:
       return fmt::format("with filledcurves {}{} fs transparent solid 0.22 noborder",

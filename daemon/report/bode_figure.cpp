@@ -26,10 +26,10 @@ constexpr double kLowest_Hz = 0.01;
 constexpr double kHighest_Hz = 10.0;
 constexpr std::size_t kGridPoints = 160;
 constexpr std::size_t kPointsOfPeak = 24;  ///< on either side of one, between two points of the grid
-constexpr int kMapStyle = 2;
+constexpr int kMapStyle = 1;
 constexpr std::string_view kOddDistortion = "odd_distortion_dB";
 constexpr const char* kBounds = "95 % bounds";
-constexpr double kVisibleBand = 0.01;      // of the gains' range: about the width of a line
+constexpr double kVisibleBand = 0.02;      // of a panel's range: twice the width of a line
 constexpr double kVisibleBar = 0.05;       // of the gains' range
 constexpr double kBeyondBand_deg = 360.0;  // of the phases in the usable band: a dead time turns on for ever above it
 constexpr double kBeyondModel_dB = 10.0;   // of models' and measured gains: noise far below would flatten them
@@ -246,14 +246,22 @@ void drop_points_below(Panel& gain, double lowest) {
   }
 }
 
-/// Says of bounds that no eye can tell from their curve that they are there.
-void name_hidden_bounds(Panel& gain, const Range& gains) {
+/// Whether an eye can tell a band of the panel from its curve. @param range  of the panel
+bool shows_bounds(const Panel& panel, const Range& range) {
+  const double visible = kVisibleBand * (range.high - range.low);
+  return std::any_of(panel.series.begin(), panel.series.end(), [&](const Series& series) {
+    if (series.mark != Mark::band) return false;
+    for (std::size_t i = 0; i < series.x.size(); ++i) {
+      if (series.upper[i] - series.lower[i] >= visible) return true;
+    }
+    return false;
+  });
+}
+
+/// Says of bounds that no eye can tell from their curves that they are there.
+void name_hidden_bounds(Panel& gain) {
   for (Series& series : gain.series) {
-    if (series.label != kBounds) continue;
-    double widest_dB = 0.0;
-    for (std::size_t i = 0; i < series.x.size(); ++i)
-      widest_dB = std::max(widest_dB, series.upper[i] - series.lower[i]);
-    if (widest_dB < kVisibleBand * (gains.high - gains.low)) series.label += ", narrower than the line";
+    if (series.label == kBounds) series.label += ", narrower than the line";
   }
 }
 
@@ -414,7 +422,7 @@ plot::Figure bode_figure(const std::vector<const ReportedModel*>& models, const 
     gain.shades.back().label = models.size() == 1 ? "usable band" : "usable band of " + first->name;
   }
   drop_points_below(gain, gains.low);
-  name_hidden_bounds(gain, gains);
+  if (!shows_bounds(gain, gains) && !shows_bounds(phase, phases)) name_hidden_bounds(gain);
   gain.y_range = gains.widened(3.0);
   phase.y_range = phases.widened(5.0);
   if (frequencies.low < frequencies.high) {

@@ -32,15 +32,15 @@ RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
     throw DataError(
         fmt::format("{}: {}; a valve sheet needs a completed run", folder.string(), acquisition::to_text(run.outcome)));
   }
-  if (100 * run.record.unmeasured.size() > static_cast<std::size_t>(run.record.output.size())) {
-    const auto rows = static_cast<double>(run.record.output.size());
+  const auto rows = static_cast<double>(run.record.output.size());
+  const double lost_percent = 100.0 * static_cast<double>(run.record.unmeasured.size()) / rows;
+  if (lost_percent > config::kMostLostRows_percent) {
     throw RowsMissing(fmt::format(
-        "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most 1 % may be: the computer did "
+        "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most {:g} % may be: the computer did "
         "not keep the ticks, or the sensor did not deliver. Repeat the run when the computer does nothing else; if "
-        "rows "
-        "are lost again, `eha doctor` and `eha latency` say what keeps it busy",
-        folder.string(), run.record.unmeasured.size(), run.record.output.size(),
-        100.0 * static_cast<double>(run.record.unmeasured.size()) / rows));
+        "rows are lost again, `eha doctor` and `eha latency` say what keeps it busy",
+        folder.string(), run.record.unmeasured.size(), run.record.output.size(), lost_percent,
+        config::kMostLostRows_percent));
   }
   RunSheet found{.folder = run.folder,
                  .opened = run.opened,

@@ -110,6 +110,7 @@ TEST(Run, KeepsTheExcitationOnTheGridAcrossSkippedTicks) {
   play.on(rig);
   EXPECT_EQ(play.report.outcome, Outcome::completed);
   EXPECT_EQ(play.report.counters.skipped, 2u);
+  EXPECT_EQ(play.report.counters.skipped_rows, 2u);
   EXPECT_EQ(play.count(State::running), 500u);
   const std::size_t first = play.first(State::running);
   for (std::size_t k = 0; k < 500; ++k) {

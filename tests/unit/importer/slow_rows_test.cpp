@@ -52,7 +52,7 @@ TEST(SlowRows, AreNamedWhereTheOutputAnswersWithinOne) {
   }
 }
 
-TEST(SlowRows, OfALongRecordAreSeenByEvenlySpacedOnes) {
+TEST(SlowRows, OfALongRecordAreSeenByPartsOfIt) {
   const LoggedRows slow = rows_of(0.1, 150, 100, false);
   const LoggedRows quick = rows_of(0.5, 60, 5, false);
   constexpr Eigen::Index kTimes = 750;  // 450 000 rows
