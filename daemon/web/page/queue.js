@@ -58,6 +58,6 @@ function verdictText(entry) {
   const models = entry.models ?? [];
   const accepted = models.filter((model) => model.accepted).map((model) => model.name);
   const verdict = accepted.length > 0 ? `accepted: ${accepted.join(', ')}` : models.length > 0 ? 'none accepted' : '';
-  const text = [entry.outcome, verdict].filter(Boolean).join(', ');
+  const text = [entry.outcome?.replaceAll('_', ' '), verdict].filter(Boolean).join(', ');
   return [text, entry.note].filter(Boolean).join(': ');
 }

@@ -51,7 +51,7 @@ function reportLink(run) {
 
 function tag(run) {
   const isPlain = ['completed', 'precise_enough'].includes(run.outcome) || run.outcome === kInProgress;
-  return make('span', { class: `tag ${isPlain ? '' : 'not-completed'}` }, run.outcome);
+  return make('span', { class: `tag ${isPlain ? '' : 'not-completed'}` }, run.outcome.replaceAll('_', ' '));
 }
 
 function recommendation(run, isFitted) {
