@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -331,6 +332,22 @@ std::string as_moved(const CalibrateCommand& command, std::span<const Calibratio
   return line + " --sensor-moved";
 }
 
+bool is_writable(const fs::path& folder) { return ::access((folder.empty() ? "." : folder).c_str(), W_OK) == 0; }
+
+/// Where a new rig file goes: beside the old one or, as of the service's, which is root's, into the working folder.
+fs::path folder_for(const fs::path& old_rig_file) {
+  const fs::path beside = old_rig_file.parent_path();
+  return is_writable(beside) ? beside : fs::path();
+}
+
+/// Before anybody takes readings that could not be kept. @throws PermissionError
+void require_writable_folder(const fs::path& file) {
+  const fs::path folder = file.parent_path();
+  if (is_writable(folder)) return;
+  throw PermissionError(fmt::format("{}: nothing can be written into {}; -o names a file elsewhere", file.string(),
+                                    folder.empty() ? "the working folder" : folder.string()));
+}
+
 ExitCode execute(const CalibrateCommand& command, Console& console) {
   std::error_code ignored;
   const fs::path socket = command.socket.value_or(control::default_socket());
@@ -347,8 +364,8 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const config::RigConfig rig = load_rig_or_default(command.rig_file ? command.rig_file : of_service);
   const std::string date = today();
   const fs::path old(rig.file_name);
-  const fs::path path =
-      command.output.value_or(old.parent_path() / fmt::format("{}-{}.toml", old.stem().string(), date));
+  const fs::path path = command.output.value_or(folder_for(old) / fmt::format("{}-{}.toml", old.stem().string(), date));
+  if (asks) require_writable_folder(path);
   if (const std::string typed = typed_unit(command.at); !typed.empty()) console.take_typed_unit(typed);
   const DisplayUnit unit = console.unit(rig.units);
   const std::optional<double> tolerance_in = inches_of(command.tolerance, unit);
@@ -467,7 +484,9 @@ void add_calibrate(CLI::App& app, ParsedLine& line) {
       "--sensor-moved", calibrate.sensor_moved,
       "The sensor was exchanged or moved: places may shift by more than 2.54 mm (0.1 in) although [following] was "
       "measured by the old calibration");
-  sub->add_option("-o,--output", calibrate.output, "The new rig file (default beside the old one: NAME-DATE.toml)")
+  sub->add_option(
+         "-o,--output", calibrate.output,
+         "The new rig file (default NAME-DATE.toml beside the old one, or here where that folder cannot be written)")
       ->type_name("FILE");
 }
 

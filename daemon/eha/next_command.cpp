@@ -221,7 +221,10 @@ std::optional<std::string> fit_of_run(const fs::path& folder) {
     const ident::FitOptions options = identify::task_of(source).options;
     ident::check_record(source.record, options);
     static_cast<void>(ident::fit_rows(source.record, options));
-    return "eha fit " + shell_word(folder.string());
+    const std::string fit = "eha fit " + shell_word(folder.string());
+    // The runs of the service are its own.
+    if (::access(folder.c_str(), W_OK) == 0) return fit;
+    return fit + " -o " + shell_word(free_name("fit-" + folder.filename().string()));
   } catch (const Error&) {
     return std::nullopt;
   }

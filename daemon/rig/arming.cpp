@@ -12,6 +12,7 @@
 
 #include "config/measured_check.hpp"
 #include "config/needs_following.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
 #include "daemon/acquisition/circuits_at_rest.hpp"
@@ -198,7 +199,8 @@ double greatest_safe_V(const config::RigConfig& rig) {
   const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
   const double dead_band_V = limits.following ? limits.following->dead_band_V : 0.0;
   if (hal::switches_hydraulics(rig.backend)) return std::max(dead_band_V, kGreatestSafeShare * half_range_V);
-  if (config::is_as_measured(rig)) return dead_band_V;
+  // Measured, the dead band of [following] is wider than the valve's, within which the rod stands.
+  if (config::is_as_measured(rig) && limits.following) return config::valve_estimate(*limits.following).dead_band_V;
   const double most_V = kGreatestUnswitchedShare * half_range_V;
   return limits.following ? std::min(dead_band_V, most_V) : most_V;
 }

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "config/placing_speed.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/millimetre_key.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -76,11 +77,11 @@ std::string old_calibration(const std::string& date, std::chrono::sys_days today
 }
 
 /// A voltage at which the rod moves while nothing drives it. Its bounds for a machine are arming_findings()'.
-std::string moving_at_rest(const config::RigLimits& limits) {
+std::string moving_at_rest(const config::RigConfig& rig) {
+  const config::RigLimits& limits = rig.limits;
   const auto& following = limits.following;
-  const double null_V = following ? following->null_V : 0.0;
-  const double away_V = std::abs(limits.safe_V - null_V);
   if (!following) {
+    const double away_V = std::abs(limits.safe_V);
     const double most_V = kMostUnknownShare * 0.5 * (limits.command_max_V - limits.command_min_V);
     if (away_V <= most_V) return {};
     return fmt::format(
@@ -88,16 +89,16 @@ std::string moving_at_rest(const config::RigLimits& limits) {
         "move with nothing driving it; set 0, or the valve's null once it is measured",
         limits.safe_V);
   }
-  const double beyond_V = away_V - following->dead_band_V;
-  if (beyond_V <= 0.0) return {};
-  const double speed_in_per_s =
-      2.0 * beyond_V *
-      (limits.safe_V > null_V ? following->gain_positive_in_per_V_s : following->gain_negative_in_per_V_s);
+  const config::ValveEstimate valve = config::valve_estimate(*following);
+  const double away_V = std::abs(limits.safe_V - valve.null_V);
+  const double speed_in_per_s = std::abs(valve.velocity_in_per_s(limits.safe_V));
+  // The dead band of [following] is wider than the valve's; on a simulated rig, where nobody is hurt, that is let pass.
+  const double edge_V = hal::moves_machine(rig.backend) ? valve.dead_band_V : following->dead_band_V;
+  if (away_V <= edge_V || !(speed_in_per_s > 0.0)) return {};
   return fmt::format(
-      "limits.safe_V = {:g} V is {:.3g} V from the valve's null, outside its half dead band of {:g} V: the rod moves "
-      "at "
-      "about {:.2g} in/s ({:.2g} mm/s) where the hydraulics are on and nothing drives it; set {:g}, the null",
-      limits.safe_V, away_V, following->dead_band_V, speed_in_per_s, kMillimetresPerInch * speed_in_per_s, null_V);
+      "limits.safe_V = {:g} V is {:.3g} V from the valve's null, outside its half dead band of {:.3g} V: the rod moves "
+      "at about {:.2g} in/s ({:.2g} mm/s) where the hydraulics are on and nothing drives it; set {:g}, the null",
+      limits.safe_V, away_V, valve.dead_band_V, speed_in_per_s, kMillimetresPerInch * speed_in_per_s, valve.null_V);
 }
 
 }  // namespace
@@ -105,7 +106,7 @@ std::string moving_at_rest(const config::RigLimits& limits) {
 std::vector<std::string> limit_remarks(const config::RigConfig& rig, std::chrono::sys_days today) {
   std::vector<std::string> remarks{frozen_sensor(rig.limits), slow_placing(rig.limits),
                                    old_calibration(hal::conversion_of(rig.backend).calibration_date, today),
-                                   moving_at_rest(rig.limits)};
+                                   moving_at_rest(rig)};
   // No loop of a simulated rig moves anything while it is late.
   if (hal::moves_machine(rig.backend)) remarks.push_back(late_loop(rig.realtime));
   std::erase(remarks, "");
