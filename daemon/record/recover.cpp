@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/recover.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <optional>
-#include <system_error>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -41,11 +44,14 @@ Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const st
   return acquisition::is_whole(outcome) && !facts.gaps.empty() ? Outcome::recovered : outcome;
 }
 
-/// Frees what a killed writer had reserved beyond the rows. Without it only room is lost.
+/// Frees what a killed writer had reserved beyond the rows, unless somebody has the journal's lock, who may append to
+/// it. Without it only room is lost.
 void give_room_back(const std::filesystem::path& journal) {
-  std::error_code ignored;
-  const std::uintmax_t size = std::filesystem::file_size(journal, ignored);
-  if (!ignored) std::filesystem::resize_file(journal, size, ignored);
+  const os::FileDescriptor file(::open(journal.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (file.get() < 0 || ::flock(file.get(), LOCK_EX | LOCK_NB) != 0) return;
+  struct stat facts {};
+  if (::fstat(file.get(), &facts) != 0) return;
+  [[maybe_unused]] const int cut = ::ftruncate(file.get(), facts.st_size);
 }
 
 void count_rows(Recovery& recovery, const JournalFacts& facts) {

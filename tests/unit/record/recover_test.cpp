@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/recover.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cstring>
 #include <fstream>
@@ -222,6 +226,27 @@ TEST_F(Recover, LeavesARunAloneThatIsStillGoing) {
   const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
   EXPECT_TRUE(find_torn_runs(folder_ / "runs").empty());
   EXPECT_THROW(recover_run(folder), IoError);
+}
+
+TEST_F(Recover, CutsNoJournalWhoseLockSomebodyHas) {
+  constexpr off_t kRoom = 1 << 20;
+  const auto on_disk = [](const std::filesystem::path& journal) {
+    struct stat facts {};
+    EXPECT_EQ(::stat(journal.c_str(), &facts), 0);
+    return facts.st_blocks * 512;
+  };
+  for (const bool is_locked : {true, false}) {
+    const std::filesystem::path journal = torn_run(1000) / kJournalFile;
+    const os::FileDescriptor file = os::open_file(journal, O_RDWR);
+    const auto size = static_cast<off_t>(std::filesystem::file_size(journal));
+    if (::fallocate(file.get(), FALLOC_FL_KEEP_SIZE, size, kRoom) != 0) GTEST_SKIP() << "nothing can be reserved";
+    if (is_locked) {
+      ASSERT_EQ(::flock(file.get(), LOCK_SH | LOCK_NB), 0);
+    }
+    EXPECT_TRUE(recover_run(journal.parent_path()).changed);
+    EXPECT_EQ(on_disk(journal) >= kRoom, is_locked);
+    std::filesystem::remove_all(folder_ / "runs");
+  }
 }
 
 TEST_F(Recover, SaysWhenThereIsNothingToRecoverFrom) {
