@@ -58,7 +58,7 @@ std::string JournalThread::finish() {
   }
   if (journal_is_sound()) return write_error_ + ": the run was ended; later this worked, and every row is kept";
   return fmt::format("{}: the {} rows before are kept, as far as they reached the disk; {} later ones are lost",
-                     write_error_, journal_.rows(), is_written_ ? 0 : journal_.pending());
+                     write_error_, journal_.rows(), journal_.pending());
 }
 
 void JournalThread::run() {

@@ -308,7 +308,8 @@ void JournalWriter::reserve(std::uint64_t size) {
                      static_cast<off_t>(size - reserved_)) != 0) {
     if (errno == EINTR) continue;
     can_reserve_ = false;
-    if (errno == EOPNOTSUPP || errno == ENOSYS) return;
+    // Another failure is of the reservation, not of the disk's room; a write says what it means.
+    if (errno != ENOSPC && errno != EDQUOT) return;
     os::throw_system_error("reserve room for", path_, errno);
   }
   reserved_ = size;
@@ -320,8 +321,8 @@ void JournalWriter::keep_room() {
 }
 
 void JournalWriter::give_room_back() noexcept {
-  // To the same size: it frees what was reserved beyond. Without it only room is lost.
-  if (reserved_ > good_size_ && ::ftruncate(file_.get(), static_cast<off_t>(good_size_)) == 0) reserved_ = good_size_;
+  // It frees what was reserved beyond, and removes a half-written block. Without it only room is lost.
+  if (::ftruncate(file_.get(), static_cast<off_t>(good_size_)) == 0) reserved_ = good_size_;
 }
 
 void JournalWriter::append(std::span<const acquisition::TickRecord> records) {
@@ -359,10 +360,9 @@ void JournalWriter::write_out() {
         ::pwrite(file_.get(), buffer_.data() + done, buffer_.size() - done, static_cast<off_t>(good_size_ + done));
     if (written < 0) {
       if (errno == EINTR) continue;
+      // A half-written block stays until the next write or the end: cutting it would give the reserved room away.
       const int error_number = errno;
       buffer_.clear();
-      // Removes a half-written block, so that the file ends with a good one. Reading works without this.
-      if (done > 0 && ::ftruncate(file_.get(), static_cast<off_t>(good_size_)) == 0) reserved_ = good_size_;
       os::throw_system_error("write", path_, error_number);
     }
     done += static_cast<std::size_t>(written);

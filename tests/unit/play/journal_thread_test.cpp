@@ -2,7 +2,9 @@
 // What becomes of the rows when the disk takes no more of them.
 #include "daemon/play/journal_thread.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -24,12 +26,12 @@ using acquisition::TickRecord;
 
 class JournalOnAFullDisk : public ::testing::Test {
  protected:
-  void begin(const std::filesystem::path& folder) {
+  void begin(const std::filesystem::path& folder,
+             acquisition::TimeBase time_base = acquisition::TimeBase::virtual_time) {
     path_ = folder / "raw.ehalog";
     journal_ = std::make_unique<record::JournalWriter>(path_, nlohmann::ordered_json{{"run", 1}}, 100);
     folder_watch_ = std::make_unique<record::FolderWatch>(folder);
-    thread_ =
-        std::make_unique<JournalThread>(queue_, *journal_, *folder_watch_, acquisition::TimeBase::virtual_time, watch_);
+    thread_ = std::make_unique<JournalThread>(queue_, *journal_, *folder_watch_, time_base, watch_);
   }
   /// A loop's next rows, as fast as the queue takes them, which ends early where `stops_on_failure`.
   void make(std::size_t rows, bool stops_on_failure) {
@@ -127,6 +129,19 @@ TEST_F(JournalOnAFullDisk, CountsTheRowsThatAreLost) {
   EXPECT_GT(kept, 1000U);
   EXPECT_NE(message.find(std::to_string(kept) + " rows before are kept"), std::string::npos) << message;
   EXPECT_NE(message.find(std::to_string(made_ - kept) + " later ones are lost"), std::string::npos) << message;
+}
+
+TEST_F(JournalOnAFullDisk, CountsTheRowsOfAnUnfinishedBlockAsLostWhereTheDiskCannotBeSynchronised) {
+  begin(folder_.path(), acquisition::TimeBase::monotonic);
+  // It takes every write, and cannot be synchronised.
+  const os::FileDescriptor null = os::open_file("/dev/null", O_RDWR);
+  ASSERT_GE(dup2(null.get(), journal_->file().get()), 0);
+  make(150, false);
+  await_failure();
+  const std::string message = thread_->finish();
+  EXPECT_FALSE(thread_->journal_is_sound());
+  EXPECT_NE(message.find("the 100 rows before are kept"), std::string::npos) << message;
+  EXPECT_NE(message.find("50 later ones are lost"), std::string::npos) << message;
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/journal.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <boost/crc.hpp>
 #include <cmath>
@@ -11,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "tests/unit/record/some_ticks.hpp"
+#include "tests/unit/small_disk.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
 namespace eha::record {
@@ -277,6 +280,47 @@ TEST_F(Journal, IsLockedWhileItIsWrittenAndNeverOverwritten) {
   }
   EXPECT_FALSE(is_being_written(path_));
   EXPECT_THROW(JournalWriter(path_, header_, kPerBlock), IoError);
+}
+
+TEST_F(Journal, KeepsItsRoomOnTheDiskAfterABlockThatWasHalfWritten) {
+  const auto on_disk = [this] {
+    struct stat facts {};
+    EXPECT_EQ(::stat(path_.c_str(), &facts), 0);
+    return static_cast<std::uint64_t>(facts.st_blocks) * 512;
+  };
+  constexpr std::uint64_t kReserved = kReservedRows * sizeof(TickRecord);
+  {
+    JournalWriter writer(path_, header_, kPerBlock);
+    if (on_disk() < kReserved) GTEST_SKIP() << "this file system reserves nothing";
+    {
+      const test::FileSizeLimit limit(header_size() + kBlockSize + kBlockSize / 2);
+      EXPECT_THROW(writer.append(ticks_), IoError);
+      EXPECT_GE(on_disk(), kReserved) << "for what is written later";
+    }
+    EXPECT_EQ(writer.rows(), kPerBlock);
+    writer.finish({{"outcome", "write_failed"}});
+  }
+  EXPECT_LT(on_disk(), kReserved / 2) << "given back at the end";
+  std::vector<TickRecord> ticks;
+  EXPECT_EQ(read(ticks).torn_bytes, 0U);
+  EXPECT_TRUE(same_bits(ticks, ticks_));
+}
+
+TEST_F(Journal, LeavesNoHalfWrittenBlockBehind) {
+  {
+    JournalWriter writer(path_, header_, kPerBlock);
+    const test::FileSizeLimit limit(header_size() + kBlockSize + kBlockSize / 2);
+    EXPECT_THROW(writer.append(ticks_), IoError);
+  }
+  EXPECT_EQ(std::filesystem::file_size(path_), header_size() + kBlockSize);
+}
+
+TEST_F(Journal, GoesOnWhereNoRoomCanBeReservedForAnotherReasonThanAFullDisk) {
+  JournalWriter writer(path_, header_, kPerBlock);
+  const os::FileDescriptor null = os::open_file("/dev/null", O_RDWR);  // ENODEV
+  ASSERT_GE(::dup2(null.get(), writer.file().get()), 0);
+  for (std::uint64_t rows = 0; rows < kReservedRows; rows += ticks_.size()) writer.append(ticks_);
+  EXPECT_NO_THROW(writer.keep_room());
 }
 
 }  // namespace
