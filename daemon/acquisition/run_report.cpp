@@ -74,7 +74,7 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
                 "inward, and asks first; else correct calibration or limits in the rig file"
               : "start nearer to mid-travel, correct offset_V where the rod drifted, or lower the excitation");
     case Fault::velocity_limit:
-      if (std::abs(value) > kNoRod * std::abs(limit)) {
+      if (reading_jumped(report)) {
         return fmt::format(
             "the sensor shows {0:.2f} {2}/s, as no rod moves whose limit is {1:.2f} {2}/s: {3}; look at its supply, "
             "cable, shield and earth (`eha read` shows its noise), or put a low-pass filter of some 100 Hz before the "
@@ -255,6 +255,11 @@ ExitCode exit_code(const RunReport& report) noexcept {
       return ExitCode::io;
   }
   return ExitCode::bug;
+}
+
+bool reading_jumped(const FaultReport& report) noexcept {
+  return report.fault == Fault::sensor_slip ||
+         (report.fault == Fault::velocity_limit && std::abs(report.value) > kNoRod * std::abs(report.limit));
 }
 
 std::vector<std::string> warnings(const RunReport& report, RunKind kind) {

@@ -99,6 +99,10 @@ struct RunReport {
 /// Returns the exit code of a program that runs one experiment, before any model is judged.
 [[nodiscard]] ExitCode exit_code(const RunReport& report) noexcept;
 
+/// Whether a run ended because its sensor's reading jumped as no rod moves, so that the rod may stand elsewhere than
+/// shown: sensor_slip, or velocity_limit over three times faster than any rod.
+[[nodiscard]] bool reading_jumped(const FaultReport& report) noexcept;
+
 /// Of a description: the readings moved as no rod does.
 inline constexpr std::string_view kReadingJumps = "its reading jumps";
 /// The last cause of no_motion, which is none of a rig file without [following].

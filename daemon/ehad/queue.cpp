@@ -60,6 +60,9 @@ Entry entry_from_text(const std::string& text) {
   entry.only_places = json.value("only_places", false);
   entry.is_open_fault = json.value("open_fault", false);
   entry.has_open_slip = json.value("open_slip", false);
+  if (const auto found = json.find("calibration"); found != json.end() && found->is_array()) {
+    entry.calibration = {found->at(0), found->at(1)};
+  }
   if (entry.id < 1) throw DataError("entry: expected a number above 0");
   return entry;
 }
@@ -156,6 +159,7 @@ void QueueStore::save(const Entry& entry) const {
   json["experiment"] = entry.experiment;
   json["open_fault"] = entry.is_open_fault;
   json["open_slip"] = entry.has_open_slip;
+  if (entry.calibration) json["calibration"] = {entry.calibration->first, entry.calibration->second};
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
@@ -288,10 +292,10 @@ std::vector<EntryId> Queue::close_faults() {
   return changed;
 }
 
-const Entry* Queue::open_slip() const {
+const Entry* Queue::open_slip(const std::pair<double, double>& in_force) const {
   const Entry* newest = nullptr;
   for (const auto& [id, entry] : entries_) {
-    if (entry.has_open_slip) newest = &entry;
+    if (entry.has_open_slip && entry.calibration.value_or(in_force) == in_force) newest = &entry;
   }
   return newest;
 }

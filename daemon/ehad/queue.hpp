@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/os/file_descriptor.hpp"
@@ -62,6 +63,8 @@ struct Entry {
   int exit_code = 0;                       ///< exit code of `eha run`, once it is over
   bool is_open_fault = false;  ///< ended by a fault or the death of ehad, and nobody has armed the rig since
   bool has_open_slip = false;  ///< the reading of a machine's sensor jumped, and nothing has confirmed the place since
+  /// Scale [in/V] and offset [in] of a machine's sensor when it began; none before and of a simulated rig.
+  std::optional<std::pair<double, double>> calibration = {};
   // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
   std::uint64_t client = 0;                     ///< connection that must be open at the start; 0: none
   std::optional<RehearsedFrom> rehearsed = {};  ///< of `rehearsal`; none: not since the start of the service
@@ -139,8 +142,8 @@ class Queue {
   [[nodiscard]] const Entry* open_fault() const;
   /// Closes every open fault. @returns the entries that have changed
   std::vector<EntryId> close_faults();
-  /// Returns the newest entry with an open slip; nullptr if there is none.
-  [[nodiscard]] const Entry* open_slip() const;
+  /// Returns the newest entry with an open slip by the calibration in force; nullptr if there is none.
+  [[nodiscard]] const Entry* open_slip(const std::pair<double, double>& in_force) const;
   /// Closes every open slip. @returns the entries that have changed
   std::vector<EntryId> close_slips();
 

@@ -34,7 +34,9 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   const fs::path folder = runs_folder / entry.run;
   if (!entry.run.empty() && record::is_run_folder(folder)) {
     try {
-      entry.outcome = record::outcome_text(record::read_manifest(folder));
+      const record::Manifest manifest = record::read_manifest(folder);
+      entry.outcome = record::outcome_text(manifest);
+      entry.has_open_slip = entry.calibration && record::reading_jumped(manifest);
       entry.note = "ehad ended during this run";
     } catch (const std::exception& error) {
       entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());

@@ -14,6 +14,7 @@
 #include "core/os/lock_file.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/motion_at_rest.hpp"
+#include "daemon/rig/ruler_check.hpp"
 #include "daemon/rig/trusted_file.hpp"
 #include "hal/backends/backend.hpp"
 #include "hal/snapshot_file.hpp"
@@ -71,6 +72,11 @@ RigKeeper::~RigKeeper() {
 }
 
 bool RigKeeper::moves_machine() const noexcept { return hal::moves_machine(config_->backend); }
+
+std::pair<double, double> RigKeeper::calibration() const {
+  const hal::Conversion conversion = hal::conversion_of(config_->backend);
+  return {conversion.scale_in_per_V, conversion.offset_in};
+}
 
 void RigKeeper::open(const config::RigConfig& config) {
   reads_left_out_ = 0;
@@ -280,20 +286,18 @@ acquisition::CircuitAtRest RigKeeper::notices_circuit() noexcept {
   return circuit_.exchange(acquisition::CircuitAtRest::sound);
 }
 
+double RigKeeper::read_rod() {
+  hal::Rig* rig = card_ ? &card_->rig() : replica_.get();
+  hal::RigReading reading;
+  if (rig == nullptr) throw DeviceError("the rig is not open; eha arm opens it");
+  hal::RigStatus status = read(*rig, reading);
+  if (status == hal::RigStatus::timed_out) status = read(*rig, reading);
+  if (status != hal::RigStatus::ok) throw DeviceError("cannot read the position of the rod; `eha read` says why");
+  return reading.displacement_in;
+}
+
 void RigKeeper::read_place(std::function<void(std::future<double>)> then) {
-  thread_->ask(
-      [this] {
-        hal::Rig* rig = card_ ? &card_->rig() : replica_.get();
-        hal::RigReading reading;
-        if (rig == nullptr) throw DeviceError("the rig is not open; eha arm opens it");
-        hal::RigStatus status = read(*rig, reading);
-        if (status == hal::RigStatus::timed_out) status = read(*rig, reading);
-        if (status != hal::RigStatus::ok) {
-          throw DeviceError("cannot read the position of the rod; `eha read` says why");
-        }
-        return reading.displacement_in;
-      },
-      std::move(then));
+  thread_->ask([this] { return read_rod(); }, std::move(then));
 }
 
 RigKeeper::Json RigKeeper::rod(const acquisition::Snapshot& now) const {
@@ -319,12 +323,12 @@ void RigKeeper::require_rest_of_before(const config::RigConfig& config) {
   }
 }
 
-void RigKeeper::arm(Done done) {
+void RigKeeper::arm(Done done, std::optional<double> ruler_in) {
   arming_ = true;
   ++reopening_;
   const std::uint64_t number = ++arming_number_;
   thread_->ask(
-      [this, config = config_, reopen = is_suspect_] {
+      [this, config = config_, reopen = is_suspect_, ruler_in] {
         require_protecting_limits(*config);
         if (left_) throw DeviceError("not armed: the output of " + left_->device + " is not confirmed safe");
         const bool needs_card = hal::moves_machine(config->backend) && (reopen || !card_ || card_->is_unguarded());
@@ -343,6 +347,7 @@ void RigKeeper::arm(Done done) {
         }
         circuit_ = acquisition::CircuitAtRest::sound;  // what was before is this arming's to judge
         require_plausible_inputs(card_->rig(), *config);
+        if (ruler_in) require_place_by_ruler(*ruler_in, read_rod(), DisplayUnit(config->units));
         if (card_->is_unguarded()) throw DeviceError("not armed: the guard of the rig (eha-safe --guard) does not run");
       },
       [this, number, done = std::move(done)](std::future<void> opened) {

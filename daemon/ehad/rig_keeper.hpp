@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "config/rig_config.hpp"
 #include "core/error.hpp"
@@ -59,6 +60,8 @@ class RigKeeper {
 
   [[nodiscard]] const Config& config() const noexcept { return config_; }
   [[nodiscard]] bool moves_machine() const noexcept;
+  /// Scale [in/V] and offset [in] of the sensor.
+  [[nodiscard]] std::pair<double, double> calibration() const;
 
   /// Valid between runs; during one the run's board has the state.
   [[nodiscard]] acquisition::State state() const noexcept { return machine_.state(); }
@@ -66,9 +69,10 @@ class RigKeeper {
 
   /// Reopens a suspect card, checks its limits and inputs (daemon/rig/arming.hpp) and arms, unless cancel_arming() was
   /// called before. Only between runs and while no configuration is being applied.
-  /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as require_protecting_limits and
-  ///              require_plausible_inputs; the rig is not armed then
-  void arm(Done done);
+  /// @param done  with DeviceError, PermissionError, ConfigError as OwnedRig, or as require_protecting_limits,
+  ///              require_plausible_inputs and require_place_by_ruler; the rig is not armed then
+  /// @param ruler_in  where a ruler shows the rod of a machine [in]; none: nobody has said
+  void arm(Done done, std::optional<double> ruler_in = {});
   [[nodiscard]] bool is_arming() const noexcept { return arming_; }
   void cancel_arming() noexcept { arming_ = false; }
   /// Arms again after a run that left the rig idle. @returns whether it is armed
@@ -180,6 +184,8 @@ class RigKeeper {
   ///                                                lock is another user's
   void hold_folder();
   void read_idle_rig();
+  /// Where the sensor shows the rod of the open rig [in]. @throws DeviceError  it cannot be read
+  double read_rod();
   /// Reads the rig and passes the reading to the rod's view and the sample stream.
   hal::RigStatus read(hal::Rig& rig, hal::RigReading& reading);
   /// Looks at a reading of an undriven card, and reads once more where it has moved.

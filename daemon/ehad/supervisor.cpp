@@ -38,12 +38,6 @@ fs::path require_program(const char* name) {
   return program;
 }
 
-/// Scale and offset of the sensor.
-std::pair<double, double> calibration_of(const config::RigConfig& rig) {
-  const hal::Conversion conversion = hal::conversion_of(rig.backend);
-  return {conversion.scale_in_per_V, conversion.offset_in};
-}
-
 /// Who has stopped a run, for its note.
 std::string stopped_by(const control::StopCall& call, const std::string& user) {
   // A stop of one experiment alone comes from the command that follows it.
@@ -143,19 +137,16 @@ Json Supervisor::armed_answer(uid_t uid) const {
           {"remarks", std::move(remarks)}};
 }
 
-void Supervisor::require_place(std::optional<double> ruler_in) const {
+void Supervisor::require_no_slip() const {
   if (!rig_.moves_machine()) return;
-  const Entry* slip = queue_.open_slip();
-  if (slip == nullptr && !ruler_in) return;
-  const DisplayUnit unit(rig_.config()->units);
-  const double place_in = shown_in();
-  if (ruler_in) return require_place_by_ruler(*ruler_in, place_in, unit);
+  const Entry* slip = queue_.open_slip(rig_.calibration());
+  if (slip == nullptr) return;
   throw Error(
       ExitCode::safety_trip,
-      fmt::format("not armed: the sensor's reading jumped in experiment {}, and the rod may stand elsewhere than the "
-                  "{:.3f} {} that `eha read` shows: mend its holder or cable and hold a ruler to the rod; where "
-                  "both agree: `eha arm --ruler LENGTH`; where not: `eha calibrate --sensor-moved` and its Next",
-                  slip->id, unit.factor("in") * place_in, unit.of("in")));
+      fmt::format("not armed: the sensor's reading jumped in experiment {}, and the rod may stand elsewhere than "
+                  "`eha read` shows: mend its holder or cable and hold a ruler to the rod; where both agree: `eha arm "
+                  "--ruler LENGTH`; where not: `eha calibrate --sensor-moved` and its Next",
+                  slip->id));
 }
 
 void Supervisor::close_slips() {
@@ -176,7 +167,7 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   if (!moved_while_armed_.empty() && !active_ && !rig_.is_armed()) {
     throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
   }
-  if (!active_ && !rig_.is_armed()) require_place(call.ruler_in);
+  if (!call.ruler_in && !active_ && !rig_.is_armed()) require_no_slip();
   const bool was_held = lease_.is_held_by(peer.uid);
   if (lease_.holder() && !was_held) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
@@ -191,7 +182,7 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   const Entry* open_fault = queue_.open_fault();
   const std::string fault = open_fault != nullptr ? bad_end_of(*open_fault) : stopped_because_;
   const std::string run = open_fault != nullptr ? open_fault->run : "";
-  rig_.arm([this, peer, was_held, fault, run, grant, answer = std::move(answer)](std::future<void> done) {
+  auto done_arming = [this, peer, was_held, fault, run, grant, answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
@@ -202,14 +193,15 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
       stopped_because_.clear();
-      close_slips();
+      if (rig_.moves_machine()) close_slips();
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;
       if (!run.empty()) armed["acknowledged_run"] = run;
       return armed;
     });
-  });
+  };
+  rig_.arm(std::move(done_arming), call.ruler_in);
 }
 
 Json Supervisor::disarm(const Peer& peer) {
@@ -279,9 +271,8 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
   try {
     const config::ServiceConfig config = config::load_service_config(options_.config_file);
     const auto read = std::chrono::system_clock::now();
-    const auto before = calibration_of(*rig_.config());
     rig_.reconfigure(RigKeeper::load(options_.rig_file),
-                     [this, config, read, before, fail, answer = std::move(answer)](std::future<void> done) {
+                     [this, config, read, fail, answer = std::move(answer)](std::future<void> done) {
                        answer([&]() -> Json {
                          try {
                            done.get();
@@ -291,7 +282,6 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
-                         if (calibration_of(*rig_.config()) != before) close_slips();
                          moved_while_armed_.clear();  // by a new calibration, as a rule
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,

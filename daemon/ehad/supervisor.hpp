@@ -194,8 +194,8 @@ class Supervisor {
   void require_ruler(const Submission& submission) const;
   /// Where the sensor shows the rod [in]. @throws DeviceError  it is not known
   [[nodiscard]] double shown_in() const;
-  /// @param ruler_in  where a ruler shows the rod [in]; none: nobody has said   @throws Error  it is needed, or differs
-  void require_place(std::optional<double> ruler_in) const;
+  /// Refuses what needs a ruler where nobody has read one. @throws Error (safety_trip)
+  void require_no_slip() const;
   void close_slips();
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
   [[nodiscard]] std::optional<double> place_at_start() const;

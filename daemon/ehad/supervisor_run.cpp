@@ -24,15 +24,6 @@ constexpr double kBytesPerMiB = 1024.0 * 1024.0;
 
 std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }
 
-/// Whether the rod may stand elsewhere than its sensor shows: by jumps of the reading, or by one that is over three
-/// times faster than any rod.
-bool may_have_slipped(const acquisition::RunReport& report, std::string_view described) {
-  using acquisition::Fault;
-  return report.fault.fault == Fault::sensor_slip ||
-         (report.fault.fault == Fault::velocity_limit &&
-          described.find(acquisition::kReadingJumps) != std::string_view::npos);
-}
-
 /// Whether the card must be reopened after the run.
 bool makes_card_suspect(const acquisition::RunReport& report) {
   return !report.safe_confirmed || acquisition::exit_code(report) == ExitCode::device_unavailable;
@@ -123,7 +114,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     spdlog::error("experiment {}: {}: {}", entry.id, entry.outcome, entry.note);
     const bool is_guards_fault = is_unguarded && outcome == Outcome::interrupted;
     entry.is_open_fault = outcome != Outcome::interrupted;
-    entry.has_open_slip = rig_.moves_machine() && may_have_slipped(run.report, entry.note);
+    entry.has_open_slip = entry.calibration && acquisition::reading_jumped(run.report.fault);
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());

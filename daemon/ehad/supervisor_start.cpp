@@ -142,6 +142,7 @@ void Supervisor::start(Entry& entry) {
     return;
   }
   entry.state = EntryState::running;
+  if (rig_.moves_machine()) entry.calibration = rig_.calibration();
   active_.emplace(ActiveRun{.entry = entry.id,
                             .playing = false,
                             .watch = std::make_shared<play::RunWatch>(),

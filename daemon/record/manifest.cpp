@@ -370,6 +370,24 @@ Manifest new_manifest(const Json& header, const std::string& utc_start) {
   return manifest;
 }
 
+bool reading_jumped(const Manifest& manifest) {
+  const auto part = [](const Json& json, const char* key) {
+    return json.is_object() && json.contains(key) ? json.at(key) : Json();
+  };
+  Json fault = part(part(manifest.other, "report"), "fault");
+  if (fault.is_null() && manifest.recovery) fault = part(manifest.recovery->end, "fault");
+  const Json cause = part(fault, "cause");
+  const auto number = [&](const char* key) {
+    const Json json = part(fault, key);
+    return json.is_number() ? json.get<double>() : std::nan("");
+  };
+  acquisition::FaultReport report{.value = number("value"), .limit = number("limit")};
+  for (const acquisition::Fault one : {acquisition::Fault::sensor_slip, acquisition::Fault::velocity_limit}) {
+    if (cause == acquisition::to_text(one)) report.fault = one;
+  }
+  return acquisition::reading_jumped(report);
+}
+
 void put_report(Manifest& manifest, const acquisition::RunReport& report, const std::string& write_error) {
   manifest.outcome = report.outcome;
   manifest.utc_end = utc_now();

@@ -85,6 +85,9 @@ struct Manifest {
 /// Whether an outcome, as run.json has it, is that of a run that ended as wanted.
 [[nodiscard]] bool is_whole(std::string_view outcome) noexcept;
 
+/// As acquisition::reading_jumped() of the run's fault, by the report or, of a recovered run, by the journal's end.
+[[nodiscard]] bool reading_jumped(const Manifest& manifest);
+
 /// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed
 /// loop drove the rod, and it moved 0.1 in where 0.2 in were due". Lost records, an output that is not safe and a dead
 /// guard stay.

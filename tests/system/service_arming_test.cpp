@@ -44,8 +44,37 @@ class ServiceArming : public ::testing::Test {
 
   DrivenRig rig_;
   Daemon daemon_;
+  /// Plays an experiment during which the reading jumps, which ends it with a fault.
+  void slip(double by_in, const char* fault) {
+    const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
+    follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
+    rig_.card().position_in += by_in;
+    const Json over = follow(daemon_, entry);
+    EXPECT_EQ(over.at("outcome"), "faulted") << over;
+    EXPECT_EQ(over.at("note").get<std::string>().rfind(fault, 0), 0U) << over;
+  }
+  [[nodiscard]] Ended arm(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> words{"arm", "--socket", daemon_.socket()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_eha(words, daemon_.folder());
+  }
+  /// Reads another rig file.
+  void reload(const std::string& text) {
+    std::ofstream(daemon_.rig_file()) << text;
+    client_->call("reload");
+  }
+
   std::unique_ptr<Client> client_;
 };
+
+constexpr int kTrip = static_cast<int>(ExitCode::safety_trip);
+
+std::string text_with(std::string text, const std::string& what, const std::string& by) {
+  const std::size_t at = text.find(what);
+  if (at == std::string::npos) throw std::runtime_error("no " + what + " in " + text);
+  return text.replace(at, what.size(), by);
+}
 
 TEST_F(ServiceArming, IsRefusedWhileTheEmergencyStopCircuitIsOpen) {
   start();
@@ -75,33 +104,21 @@ TEST_F(ServiceArming, DrivesNothingWithAStoppedGuardAndStartsAnother) {
   }
 }
 
+constexpr const char* kOffset = "offset_in = 2.95";
+
 TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrated) {
   start();
-  const auto slip = [this](double by_in, const char* fault) {
-    const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
-    follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
-    rig_.card().position_in += by_in;
-    const Json over = follow(daemon_, entry);
-    EXPECT_EQ(over.at("outcome"), "faulted") << over;
-    EXPECT_EQ(over.at("note").get<std::string>().rfind(fault, 0), 0U) << over;
-  };
-  const auto arm = [this](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"arm", "--socket", daemon_.socket()};
-    words.insert(words.end(), more.begin(), more.end());
-    return run_eha(words, daemon_.folder());
-  };
   client_->call("arm");
   slip(0.07, "sensor_slip");
   for (int i = 0; i < 2; ++i) {  // not only once
-    const Ended without = arm({});
-    EXPECT_EQ(without.code, static_cast<int>(ExitCode::safety_trip)) << without.err;
+    const Ended without = arm();
+    EXPECT_EQ(without.code, kTrip) << without.err;
     EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
   }
   client_.reset();
   EXPECT_EQ(daemon_.stop(SIGTERM), 0);
   daemon_.start();
-  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "the next service knows it, too";
+  EXPECT_EQ(arm().code, kTrip) << "the next service knows it, too";
   const double shown_in = rig_.card().position_in;
   const Ended elsewhere = arm({"--ruler", fmt::format("{:.3f}in", shown_in - 0.07)});
   EXPECT_EQ(elsewhere.code, static_cast<int>(ExitCode::configuration)) << shown_in << elsewhere.out << elsewhere.err;
@@ -109,16 +126,63 @@ TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrate
   EXPECT_EQ(arm({"--ruler", fmt::format("{:.3f}in", shown_in)}).code, 0);
   client_ = std::make_unique<Client>(daemon_.socket());
   slip(0.3, "velocity_limit");
-  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "another slip";
+  EXPECT_EQ(arm().code, kTrip) << "another slip";
   client_->call("reload");
-  EXPECT_EQ(arm({}).code, static_cast<int>(ExitCode::safety_trip)) << "by the same calibration";
-  std::string text = content_of(daemon_.rig_file());
-  const std::string offset = "offset_in = 2.95";
-  ASSERT_NE(text.find(offset), std::string::npos) << text;
-  std::ofstream(daemon_.rig_file()) << text.replace(text.find(offset), offset.size(), "offset_in = 2.93");
-  client_->call("reload");
-  const Ended calibrated = arm({});
+  EXPECT_EQ(arm().code, kTrip) << "by the same calibration";
+  reload(text_with(content_of(daemon_.rig_file()), kOffset, "offset_in = 2.93"));
+  const Ended calibrated = arm();
   EXPECT_EQ(calibrated.code, 0) << calibrated.err;
+}
+
+TEST_F(ServiceArming, TakesTheCalibrationInForceForAnotherOneNotItsReading) {
+  start();
+  client_->call("arm");
+  slip(0.07, "sensor_slip");
+  const std::string old = content_of(daemon_.rig_file());
+  reload(text_with(old, kOffset, "offset_in = 2.93"));
+  reload(old);
+  EXPECT_EQ(arm().code, kTrip) << "the calibration by which it slipped is in force again";
+  reload(content_of(source_file("config/rigs/sim.toml")));
+  EXPECT_EQ(arm().code, 0) << "no machine";
+  client_->call("disarm");
+  reload(old);
+  EXPECT_EQ(arm().code, kTrip) << "a simulated rig says nothing of the machine's sensor";
+}
+
+TEST_F(ServiceArming, TakesACalibrationThatARestartHasRead) {
+  start();
+  client_->call("arm");
+  slip(0.07, "sensor_slip");
+  client_.reset();
+  EXPECT_EQ(daemon_.stop(SIGTERM), 0);
+  const std::string calibrated = text_with(content_of(daemon_.rig_file()), kOffset, "offset_in = 2.93");
+  std::ofstream(daemon_.rig_file()) << calibrated;
+  daemon_.start();
+  const Ended restarted = arm();
+  EXPECT_EQ(restarted.code, 0) << restarted.err;
+}
+
+TEST_F(ServiceArming, OpensAClosedCardAfterASlipAndComparesTheRulerThen) {
+  start();
+  client_->call("arm");
+  slip(0.07, "sensor_slip");
+  const std::string sound = content_of(daemon_.rig_file());
+  std::ofstream(daemon_.rig_file()) << text_with(sound, "board = \"pci1716\"", "board = \"pci1710\"");
+  EXPECT_NE(refused(*client_, "reload").code, 0);
+  std::ofstream(daemon_.rig_file()) << sound;
+  const auto is_unknown = [this] { return client_->call("status").at("rod").at("error").is_string(); };
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!is_unknown() && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ASSERT_TRUE(is_unknown()) << "the card is closed";
+  const Ended without = arm();
+  EXPECT_EQ(without.code, kTrip) << without.err;
+  const double shown_in = rig_.card().position_in;
+  const Ended elsewhere = arm({"--ruler", fmt::format("{:.3f}in", shown_in - 0.07)});
+  EXPECT_EQ(elsewhere.code, static_cast<int>(ExitCode::configuration)) << elsewhere.err;
+  EXPECT_NE(client_->call("status").at("state"), "armed");
+  const Ended same = arm({"--ruler", fmt::format("{:.3f}in", shown_in)});
+  EXPECT_EQ(same.code, 0) << same.err;
 }
 
 /// eha-safe finds the card by the socket's folder. All users may open that folder, and so lock it.

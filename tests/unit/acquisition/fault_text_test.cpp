@@ -83,7 +83,9 @@ TEST(FaultText, BlamesTheSensorForASpeedThatNoRodHas) {
   const std::string noise = describe(report);
   EXPECT_TRUE(holds(noise, "low-pass filter")) << noise;
   EXPECT_FALSE(holds(noise, "lower the excitation")) << "which does not help";
+  EXPECT_TRUE(reading_jumped(report.fault));
   report.fault.value = -9.0;
+  EXPECT_FALSE(reading_jumped(report.fault));
   EXPECT_TRUE(holds(describe(report), "lower the excitation")) << describe(report);
 }
 

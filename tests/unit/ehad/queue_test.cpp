@@ -65,6 +65,8 @@ TEST(Queue, KeepsAnOpenSlipThroughARestartAndAnyNumberOfLaterEntries) {
   const test::TemporaryFolder folder;
   Entry slipped = entry_of(2, 10, EntryState::over);
   slipped.has_open_slip = true;
+  const std::pair in_force{0.31, 2.95};
+  slipped.calibration = in_force;
   {
     const QueueStore store(folder.path());
     store.save(slipped);
@@ -77,10 +79,11 @@ TEST(Queue, KeepsAnOpenSlipThroughARestartAndAnyNumberOfLaterEntries) {
     queue.add(entry_of(static_cast<EntryId>(4 + i), 10, EntryState::over));
   }
   static_cast<void>(queue.forget_old(0));
-  ASSERT_NE(queue.open_slip(), nullptr);
-  EXPECT_EQ(queue.open_slip()->id, 2);
+  EXPECT_EQ(queue.open_slip({0.31, 2.93}), nullptr) << "the sensor was calibrated";
+  ASSERT_NE(queue.open_slip(in_force), nullptr);
+  EXPECT_EQ(queue.open_slip(in_force)->id, 2);
   EXPECT_EQ(queue.close_slips(), std::vector<EntryId>{2});
-  EXPECT_EQ(queue.open_slip(), nullptr);
+  EXPECT_EQ(queue.open_slip(in_force), nullptr);
 }
 
 TEST(Queue, HoldsWhatWaitsAndStartsNothingThatIsHeld) {
