@@ -206,8 +206,8 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
       return fmt::format(
           "the sensor's reading jumped by {0:+.3f} {2} in all, as no rod moves, {1:.3f} {2} are allowed: its coupling "
           "or holder slips, or its track or plug is worn, and the rod may stand that far from the reading; mend that, "
-          "hold a ruler to the rod and compare it with `eha read` before anything moves; where they differ: "
-          "`eha calibrate`",
+          "hold a ruler to the rod and compare it with `eha read` before anything moves; `eha arm --ruler LENGTH` arms "
+          "where they agree, else `eha calibrate --sensor-moved`",
           shown_value, std::abs(shown_limit), length);
     case Fault::wrong_place:
       return fmt::format(

@@ -75,6 +75,18 @@ TEST(FaultText, BlamesNoTableForAReadingThatScattersAboutItsPlace) {
   EXPECT_TRUE(holds(describe(report, DisplayUnit()), "look at [following]"));
 }
 
+TEST(FaultText, SaysOfASlipHowTheRigIsArmedAgain) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.fault = {.fault = Fault::sensor_slip, .at_ns = 56'000'000, .value = 0.07, .limit = 0.05};
+  EXPECT_TRUE(holds(describe(report),
+                    "`eha arm --ruler LENGTH` arms where they agree, else `eha calibrate "
+                    "--sensor-moved`"))
+      << describe(report);
+  EXPECT_TRUE(reading_jumped(report.fault));
+}
+
 TEST(FaultText, BlamesTheSensorForASpeedThatNoRodHas) {
   RunReport report;
   report.outcome = Outcome::faulted;
