@@ -126,8 +126,8 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   const bool has_tripped = code == ExitCode::safety_trip;
   const auto remedy = has_tripped && !folder.empty() ? warn_of_unused_sheet(folder, console) : std::nullopt;
   if (console.rig().is_disarmed && entry.at("state") != "cancelled") {
-    console.info(
-        fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, "eha arm")));
+    const char* arm = entry.value("open_slip", false) ? "eha arm --ruler LENGTH" : "eha arm";
+    console.info(fmt::format("the rig is disarmed; `{}` comes before the next motion", through(command.socket, arm)));
   }
   const bool has_other_valve = !folder.empty() && !is_done && explain_trip(folder, console);
   // A placing and a valve sheet trip again with the same [following]; of a machine the sensor is looked at first.

@@ -107,7 +107,8 @@ Json describe(const Entry& entry) {
           {"rehearsal", entry.rehearsal},
           {"models", entry.models},
           {"placed_in", entry.placed_in ? Json(*entry.placed_in) : Json(nullptr)},
-          {"exit_code", entry.exit_code}};
+          {"exit_code", entry.exit_code},
+          {"open_slip", entry.has_open_slip}};
 }
 
 std::string bad_end_of(const Entry& entry) {
@@ -158,7 +159,6 @@ void QueueStore::save(const Entry& entry) const {
   json["accept_travel_risk"] = entry.accept_travel_risk;
   json["experiment"] = entry.experiment;
   json["open_fault"] = entry.is_open_fault;
-  json["open_slip"] = entry.has_open_slip;
   if (entry.calibration) json["calibration"] = {entry.calibration->first, entry.calibration->second};
   os::write_file_atomically(file_of(entry.id), json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }

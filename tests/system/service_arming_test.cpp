@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <ostream>
 #include <stdexcept>
@@ -147,6 +148,21 @@ TEST_F(ServiceArming, TakesTheCalibrationInForceForAnotherOneNotItsReading) {
   client_->call("disarm");
   reload(old);
   EXPECT_EQ(arm().code, kTrip) << "a simulated rig says nothing of the machine's sensor";
+}
+
+TEST_F(ServiceArming, NamesTheRulerToWhoeverRanTheExperimentThatSlipped) {
+  start();
+  client_->call("arm");
+  const auto file = daemon_.folder() / "slips.toml";
+  std::ofstream(file) << quiet_experiment_text("slips", 20.0);
+  auto run = std::async(std::launch::async, [&] {
+    return run_eha({"run", file.string(), "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+  });
+  EXPECT_TRUE(rig_.is_driven(200));
+  rig_.card().position_in += 0.07;
+  const Ended ended = run.get();
+  EXPECT_EQ(ended.code, kTrip) << ended.err;
+  EXPECT_NE(ended.err.find("the rig is disarmed; `eha arm --ruler LENGTH"), std::string::npos) << ended.err;
 }
 
 TEST_F(ServiceArming, TakesACalibrationThatARestartHasRead) {
