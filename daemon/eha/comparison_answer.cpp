@@ -207,6 +207,11 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     subject.is_tight = is_tight(sources.front()) && is_tight(sources[i]);
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
+    if (!leak.empty()) subject.map_cause = report::MapCause::leak;
+    const bool is_bent_by_leak = run.bent_map && !is_tight(sources[run.bent_map->is_first ? 0 : i]);
+    if (run.bent_map && leak.empty()) {
+      subject.map_cause = is_bent_by_leak ? report::MapCause::leak : report::MapCause::friction;
+    }
     found += fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject));
     if (subject.unfit) {
       out.findings.sentences.push_back(report::unfit_sentence(first, subject));
@@ -222,18 +227,16 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
     found += change_sentences(change, model, shows);
     add_changes(out.findings.sentences, titles[i], change, model, shows);
-    if (!leak.empty()) subject.map_cause = report::MapCause::leak;
     if (run.bent_map && leak.empty()) {
-      const bool is_leak = !is_tight(sources[run.bent_map->is_first ? 0 : i]);
       const std::string bent = fmt::format(
           "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
           "valve's, so that {} alone explains their change and the valve may be the same; {}",
           titles[run.bent_map->is_first ? 0 : i],
-          is_leak ? "as where oil leaks past the piston" : "and by the valve sheet too slowly for a leak",
-          run.bent_map->shift, model.input_unit, is_leak ? "a leak" : "dry friction",
-          is_leak ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
-                  : "two valve sheets (`eha characterise`) compare the valve alone");
-      subject.map_cause = is_leak ? report::MapCause::leak : report::MapCause::friction;
+          is_bent_by_leak ? "as where oil leaks past the piston" : "and by the valve sheet too slowly for a leak",
+          run.bent_map->shift, model.input_unit, is_bent_by_leak ? "a leak" : "dry friction",
+          is_bent_by_leak
+              ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
+              : "two valve sheets (`eha characterise`) compare the valve alone");
       found += "  " + bent + "\n";
       out.findings.sentences.push_back(capitalised(bent) + ".");
     }

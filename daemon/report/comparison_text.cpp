@@ -79,6 +79,14 @@ std::string changes_text(const ComparedSubject& first, const ComparedSubject& su
   return fmt::format("{}{}", fmt::join(texts, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
+/// Whether the map is all that changed, and the records show a leak, which does that.
+bool by_leak(const ComparedSubject& subject) {
+  const auto& all = subject.change->parameters;
+  return subject.map_cause == MapCause::leak && std::all_of(all.begin(), all.end(), [](const auto& p) {
+           return !p.changed || p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
+         });
+}
+
 const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {
   return subject.unfit->is_first ? first.label : subject.label;
 }
@@ -137,7 +145,7 @@ std::string to_do_of(const ComparedSubject& subject) {
 std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
   switch (finding_of(subject)) {
     case Finding::changed:
-      return fmt::format("{} changed{}", changes_text(first, subject),
+      return fmt::format("{} changed{}{}", changes_text(first, subject), by_leak(subject) ? ", as by a leak" : "",
                          leaves_other(subject) ? ", and so did what the model leaves over" : "");
     case Finding::does_not_fit:
       return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,

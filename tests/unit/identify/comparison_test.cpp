@@ -99,6 +99,24 @@ TEST(Comparison, CannotTellFromAShortRecordWhetherAStraightModelIsOfThisPlant) {
   EXPECT_FALSE(on_all.of_another_plant);
 }
 
+TEST(Comparison, TellsALeakFromAnotherPlaceAlone) {
+  const Source before = source_of(seeded(1));
+  hal::SimOptions elsewhere = seeded(2);
+  elsewhere.initial_displacement_in = 4.0;
+  hal::SimOptions low = seeded(1);
+  low.initial_displacement_in = 1.9;
+  const RunComparison place = compare_runs({source_of(low), source_of(elsewhere)});
+  EXPECT_TRUE(place.runs[1].change->changed) << "by the stiffness of the oil";
+  EXPECT_NE(place.runs[1].cannot_tell.find("compare two runs about one place"), std::string::npos);
+  elsewhere.leakage_cm3_per_s_per_bar = 0.1;
+  elsewhere.initial_displacement_in = 3.3;
+  const RunComparison leak = compare_runs({before, source_of(elsewhere)});
+  EXPECT_TRUE(leak.runs[1].change->changed);
+  EXPECT_EQ(leak.runs[1].cannot_tell, "") << leak.runs[1].first_model_error << " " << leak.runs[1].left_over.after;
+  const auto says_places = [](const std::string& note) { return note.find("the records are about") != note.npos; };
+  EXPECT_EQ(std::count_if(leak.notes.begin(), leak.notes.end(), says_places), 1);
+}
+
 TEST(Comparison, SaysWhetherTheFirstModelHoldsOnTheSecondRecord) {
   const Source here = source_of(seeded(1));
   const RunComparison same = compare_runs({here, source_of(seeded(2))});

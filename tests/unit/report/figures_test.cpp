@@ -134,6 +134,10 @@ TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
       "Half dead band 0.1487 to 0.3144 V, null -0.207 to -0.391 V changed, and so did what the model leaves over");
   after.judges_left_over = false;
   EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed"));
+  after.map_cause = MapCause::leak;
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed, as by a leak"));
+  after.change->parameters.front().changed = true;
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" changed")) << "a leak changes no gain";
 }
 
 TEST(ComparisonPage, BlamesTheModelsAndNotTheRigWhereTheyAreOfOneRecord) {
