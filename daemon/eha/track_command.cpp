@@ -166,6 +166,7 @@ report::Page track_page(const track::TrackResult& result, const DisplayUnit& uni
   trial.by_sweep = fmt::format("{}", fmt::join(track::sweep_sentences(result, unit), " "));
   trial.changes = track::changes_of(result, unit);
   trial.advice = track::advice_of(result, unit);
+  trial.leaks = result.leak.has_value();
   subject.unit = unit;
   trial.trace = trace_of(result);
   return tune::controller_page(subject);

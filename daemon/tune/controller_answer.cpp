@@ -15,6 +15,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/tune/expected_trip.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/valve/leak.hpp"
 
 namespace eha::tune {
 namespace {
@@ -143,6 +144,7 @@ std::string answer_box(const ControllerSubject& subject) {
   if (!limits.empty()) {
     promise += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
   }
+  const bool leaks = subject.measured && subject.measured->leaks;
   const std::string name =
       fmt::format("{} controller \"{}\"", upper_case(std::string(ident::text(c.settings.kind))), c.name);
   std::vector<std::string> shows;
@@ -155,7 +157,7 @@ std::string answer_box(const ControllerSubject& subject) {
     return fmt::format(
         "<section class=\"verdict none\"><h2>{}</h2>\n{}{}<details>\n<summary>What was promised</summary>\n{}"
         "</details>\n</section>\n",
-        report::escaped(fmt::format("{}: the promise is not kept", name)),
+        report::escaped(fmt::format("{}: {}the promise is not kept", name, leaks ? "the rig leaks, and " : "")),
         report::paragraph(
             fmt::format("The rig did not keep: {}; the table below has what was measured.", fmt::join(not_kept, ", "))),
         report::list(shows), promise);
@@ -174,12 +176,19 @@ std::string answer_box(const ControllerSubject& subject) {
   const bool is_named = subject.rig && !subject.rig->controller.empty();
   const std::string file = is_named ? subject.rig->controller : c.name + ".toml";
   const std::string to_plc = fmt::format("`{}` (or c, simulink) writes it for a PLC.", suggest::export_for_plc(file));
-  promise += report::paragraph(
-      subject.measured ? fmt::format("Next: {}", to_plc)
-                       : fmt::format("Next: `{}` plays it on the rig and says whether the promise is kept; then {}",
-                                     suggest::track(subject.rig.value_or(suggest::RigAccess{}), file), to_plc));
-  return fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
-                     report::escaped(fmt::format("{}: {}", name, errors_text(subject))), promise);
+  std::string next;
+  if (!subject.measured) {
+    next = fmt::format("`{}` plays it on the rig and says whether the promise is kept; then {}",
+                       suggest::track(subject.rig.value_or(suggest::RigAccess{}), file), to_plc);
+  } else if (!subject.measured->advice.empty()) {
+    next = "what is said above of the moving rod; a controller goes to a PLC after that.";
+  } else {
+    next = leaks ? fmt::format("{}.", ident::kRepairFirst) : to_plc;
+  }
+  promise += report::paragraph("Next: " + next);
+  return fmt::format(
+      "<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
+      report::escaped(fmt::format("{}: {}{}", name, leaks ? "the rig leaks; " : "", errors_text(subject))), promise);
 }
 
 }  // namespace eha::tune

@@ -30,6 +30,7 @@ struct MeasuredTrial {
   std::vector<MeasuredFigure> figures;
   std::vector<std::string> changes;  ///< of the valve, a phrase each
   std::string advice = {};           ///< what follows from figures and changes, in sentences; empty: nothing
+  bool leaks = false;                ///< the rig, by its valve sheet
   std::string by_sweep = {};         ///< gain, lag and margins that the sweep has measured, in sentences
   TrialTrace trace;
 };
