@@ -281,7 +281,7 @@ report::Page page_of(const Table& table, const std::string& next) {
   }
   std::vector<std::string> reasons;
   for (const Row& row : table.rows) {
-    if (!row.judged) reasons.push_back(fmt::format("{}: {}", shown_name(row.record), row.reason));
+    if (!row.judged) reasons.push_back(fmt::format("{}, {}: {}", row.record.id, shown_name(row.record), row.reason));
   }
   report::Section failures{.title = "Not judged"};
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});

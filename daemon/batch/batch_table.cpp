@@ -192,11 +192,15 @@ std::vector<Resolution> mark_outliers(std::vector<Row>& rows, const std::string&
     for (const Estimate& one : parameter.estimates) {
       const double half_width = one.half_width;
       const double distance = std::abs(one.value - parameter.median);
-      if (resolution.change <= 0.0 || half_width < resolution.change) resolution.change = half_width;
+      if (resolution.change <= 0.0 || half_width < resolution.change) {
+        resolution.change = half_width;
+        resolution.change_row = one.row;
+      }
       if (half_width > 0.0 && distance > furthest) {
         furthest = distance;
         resolution.furthest_row = one.row;
         resolution.furthest = one.value;
+        resolution.furthest_change = half_width;
       }
       if (distance > half_width) {
         rows[one.row].outliers.push_back({parameter.name, one.value, parameter.median, half_width, parameter.unit});
@@ -416,7 +420,7 @@ std::string rig_of(const std::string& source) {
   try {
     if (!record::is_run_folder(source)) return {};
     return record::read_manifest(source).other.value(Json::json_pointer("/rig/name"), std::string());
-  } catch (const Error&) {
+  } catch (const std::exception&) {  // a name that is no text is no Error
     return {};
   }
 }

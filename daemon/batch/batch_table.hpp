@@ -58,7 +58,9 @@ struct Trend {
 /// Smallest change of a parameter that these records can show.
 struct Resolution {
   std::string parameter;
-  double change = 0.0;  ///< distance from the median above which a record is reported; the least of all records
+  double change = 0.0;         ///< distance from the median above which a record is reported; the least of all records
+  std::size_t change_row = 0;  ///< the record that it is of
+  double furthest_change = 0.0;  ///< the same distance of the record furthest from the median
   std::size_t furthest_row = 0;  ///< of the record furthest from the median, reported or not
   double furthest = 0.0;         ///< its value
   double median = 0.0;

@@ -7,8 +7,10 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/free_name.hpp"
@@ -48,21 +50,22 @@ std::string compare(const BatchFolder& folder, const Table& table, const std::ve
   return by_models ? command : command + intersample_of(options);
 }
 
-/// The row whose parameter lies nearest to the median, of the records with nothing apart.
-std::optional<std::size_t> ordinary_row(const Table& table, const std::string& parameter) {
+/// The row whose parameters lie nearest to the medians, of the records with nothing apart; one with a warning only
+/// where every one of them has.
+std::optional<std::size_t> ordinary_row(const Table& table) {
+  std::map<std::size_t, double> furthest;  // of each row, in distances from which on it would be apart
   for (const Parameter& one : parameters_of(table.rows, table.common_model)) {
-    if (one.name != parameter) continue;
-    std::optional<std::size_t> nearest;
-    double least = 0.0;
     for (const Estimate& estimate : one.estimates) {
-      const double distance = std::abs(estimate.value - one.median);
-      if (!table.rows[estimate.row].outliers.empty() || (nearest && distance >= least)) continue;
-      nearest = estimate.row;
-      least = distance;
+      if (!table.rows[estimate.row].outliers.empty() || !(estimate.half_width > 0.0)) continue;
+      double& of_row = furthest[estimate.row];
+      of_row = std::max(of_row, std::abs(estimate.value - one.median) / estimate.half_width);
     }
-    return nearest;
   }
-  return std::nullopt;
+  const auto nearest = std::min_element(furthest.begin(), furthest.end(), [&](const auto& a, const auto& b) {
+    return std::pair(!table.rows[a.first].warnings.empty(), a.second) <
+           std::pair(!table.rows[b.first].warnings.empty(), b.second);
+  });
+  return nearest == furthest.end() ? std::nullopt : std::optional(nearest->first);
 }
 
 /// The rows that take part in the comparison.
@@ -107,8 +110,7 @@ std::string fit_of(const BatchFolder& folder, const Record& record) {
 std::string next_command(const BatchFolder& folder, const Table& table) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     if (table.rows[i].outliers.empty()) continue;
-    const auto ordinary = ordinary_row(table, table.rows[i].outliers.front().parameter);
-    if (ordinary) return compare(folder, table, {*ordinary, i});
+    if (const auto ordinary = ordinary_row(table)) return compare(folder, table, {*ordinary, i});
   }
   const std::vector<std::size_t> rows = compared_rows(table);
   if (!table.trends.empty() && rows.size() > 1) return compare(folder, table, {rows.front(), rows.back()});

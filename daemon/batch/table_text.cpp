@@ -109,10 +109,15 @@ std::string why_none(const Row& row) {
 
 std::string spread_text(const Table& table, const Resolution& one) {
   const std::string unit = ident::after_number(one.unit);
+  const std::string& furthest = table.rows[one.furthest_row].record.id;
+  const std::string in_furthest = one.furthest_row == one.change_row
+                                      ? ""
+                                      : fmt::format(", and of {:.2g}{} in {}", one.furthest_change, unit, furthest);
   return fmt::format(
-      "{}: median {:.4g}{}, furthest from it {:.4g} ({}); a change of {:.2g}{} or more would have been seen in the "
-      "best record",
-      one.parameter, one.median, unit, one.furthest, table.rows[one.furthest_row].record.id, one.change, unit);
+      "{}: median {:.4g}{}, furthest from it {:.4g} ({}); a change of {:.2g}{} or more would have been seen in {}, the "
+      "most precise record{}",
+      one.parameter, one.median, unit, one.furthest, furthest, one.change, unit, table.rows[one.change_row].record.id,
+      in_furthest);
 }
 
 std::string change_text(const Trend& trend) {

@@ -31,7 +31,7 @@ namespace eha::batch {
 [[nodiscard]] RowFigures figures_of(const nlohmann::ordered_json& fit, const std::string& recommended);
 
 /// "K: median 0.1305 in/(V s), furthest from it 0.1312 (run-3); a change of 0.0021 in/(V s) or more would
-/// have been seen in the best record".
+/// have been seen in 0001, the most precise record, and of 0.12 V in 0003".
 [[nodiscard]] std::string spread_text(const Table& table, const Resolution& one);
 
 /// "rises by 0.16 V", "falls by 0.16 V".

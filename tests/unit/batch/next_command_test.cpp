@@ -20,6 +20,7 @@ struct Judged {
   double gain = 0.13;
   bool accepted = true;
   std::string failure = {};  ///< last line of a record that was not judged
+  std::string warning = {};
 };
 
 Result result_of(const Judged& one) {
@@ -27,6 +28,7 @@ Result result_of(const Judged& one) {
   result.exit_code = one.failure.empty() ? 0 : 10;
   result.message = one.failure;
   if (!one.failure.empty()) return result;
+  if (!one.warning.empty()) result.message = "eha: warning: " + one.warning + "\n";
   result.fit = Json::parse(fmt::format(
       R"({{"models": [{{"name": "io", "parameters": [{{"name": "K", "value": {0}, "std": 0.0005, "lower95": {1},
           "upper95": {2}, "fixed": false}}], "verdict": {{"accepted": {3}, "grade": "{4}"}}}}],
@@ -69,6 +71,16 @@ TEST_F(NextOfBatch, ComparesTheRecordThatIsApartWithTheMostOrdinaryOne) {
   // The median of all is that of records 3 and 4.
   EXPECT_EQ(next_of(judged), "eha compare 'pump 3.csv' 'pump 2.csv'");
   EXPECT_EQ(next_of(judged, {"--intersample", "foh"}), "eha compare 'pump 3.csv' 'pump 2.csv' --intersample foh");
+}
+
+TEST_F(NextOfBatch, CallsNoRecordOrdinaryThatIsWarnedOf) {
+  std::vector<Judged> judged = kAlike;
+  judged[1].gain = 0.25;
+  judged[3].warning = "the rod sticks";  // at the median, 0.1301
+  judged[2].gain = 0.1296;
+  EXPECT_EQ(next_of(judged), "eha compare 'pump 1.csv' 'pump 2.csv'");
+  for (Judged& one : judged) one.warning = "the rod sticks";
+  EXPECT_NE(next_of(judged).find(" 'pump 2.csv'"), std::string::npos) << "where all are";
 }
 
 TEST_F(NextOfBatch, ComparesModelsOfRecordsThatOnlyOptionsRead) {
@@ -137,7 +149,7 @@ TEST_F(NextOfBatch, PageNamesRunsAndFilesAndGivesTheirFoldersOnce) {
   }
   const std::string html = page_of(table_of(folder), "").html;
   EXPECT_NE(html.find(">20261123T101500Z-paper<"), std::string::npos) << html;
-  EXPECT_NE(html.find("gone.csv: "), std::string::npos) << html;
+  EXPECT_NE(html.find("0002, gone.csv: "), std::string::npos) << html;
   for (const std::string& source : sources) {
     const std::size_t at = html.find(source);
     ASSERT_NE(at, std::string::npos) << source;

@@ -69,6 +69,18 @@ TEST(BatchTable, SaysTheSmallestChangeThatItsRecordsCanShow) {
   EXPECT_NE(spread_text(table, table.resolutions.front()).find("median 0.151, furthest from it 0.209 (0005)"),
             std::string::npos)
       << spread_text(table, table.resolutions.front());
+  // A record that is off by more than the most precise one shows, and is not called apart, has its own figure.
+  const Resolution unlike{.parameter = "K",
+                          .change = 0.0019,
+                          .change_row = 1,
+                          .furthest_change = 0.005,
+                          .furthest_row = 3,
+                          .furthest = 0.152,
+                          .median = 0.148};
+  EXPECT_TRUE(spread_text(table, unlike)
+                  .ends_with("; a change of 0.0019 or more would have been seen in 0002, the most precise record, and "
+                             "of 0.005 in 0004"))
+      << spread_text(table, unlike);
   // More records show a smaller change.
   std::vector<double> many = few;
   for (int i = 0; i < 15; ++i) many.push_back(0.148 + 0.0005 * (i % 7));
@@ -179,6 +191,19 @@ TEST(BatchPage, NamesTheRigOfARunAndBreaksNoName) {
             std::string::npos);
   EXPECT_EQ(page_of(table_with({0.15}, {}, folder.path() / "files")).html.find(">rig</th>"), std::string::npos)
       << "of files alone";
+}
+
+TEST(BatchTable, HasNoRigOfARunWhoseNameOfItIsNoText) {
+  const test::TemporaryFolder folder;
+  const std::string run = (folder.path() / "20261126T101500Z-a").string();
+  std::filesystem::create_directories(run);
+  folder.write("20261126T101500Z-a/run.json", R"({"schema": "eha-run/1", "outcome": "completed", "rig": {"name": 7}})");
+  const Record record{.id = "0001-a", .source = run, .sha256 = "1"};
+  BatchFolder batch(folder.path() / "judged", {rules_of({}), {record}});
+  batch.claim({});
+  (void)batch.work_folder(record);
+  batch.publish(record, fit_with(0.15, true));
+  EXPECT_EQ(table_of(batch).rows.at(0).rig, "");
 }
 
 TEST(BatchTable, LeavesRejectedModelsOut) {
