@@ -255,7 +255,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     if (scored_here.of_another_plant && is_of_file) {
       before = importer::read_alike(command_of(model), record);
     }
-    const importer::ReadAlike now = importer::read_alike(command.import.command, command.source, before.name);
+    const importer::ReadAlike now =
+        importer::read_alike(source.run_folder ? std::string() : command.import.command, command.source, before.name);
     console.next_step(fmt::format("{}{}eha compare {} {}{} -o {}", before.import, now.import, shell_word(before.name),
                                   shell_word(now.name), intersample_words(command.record.intersample),
                                   shell_word(free_name("comparison.html"))));

@@ -76,8 +76,10 @@ bool replace_word(std::string& command, const std::string& from, const std::stri
 
 /// "bench-record.csv", or one with a number where that is taken.
 std::string copy_of(const std::filesystem::path& path, const std::string& taken = {}) {
-  const std::string name = path.stem().string() + "-record.csv";
-  return name == taken ? next_free_name(name) : free_name(name);
+  const std::string stem = path.stem().string() + "-record";
+  std::string name = free_name(stem + ".csv");
+  for (int number = 2; name == taken; ++number) name = free_name(fmt::format("{}-{}.csv", stem, number));
+  return name;
 }
 
 }  // namespace

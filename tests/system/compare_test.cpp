@@ -197,6 +197,10 @@ TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   EXPECT_NE(there.out.find("It is a model of another plant, or the plant has changed"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("dead_band moved by 0.0"), std::string::npos) << there.out;
   EXPECT_NE(there.out.find("R2 99."), std::string::npos) << "a good score does not hide it\n" << there.out;
+  const Ended part = run_eha({"validate", "v/integrator_lag_valve.json", after_, "--from", "12"}, folder_->path());
+  EXPECT_NE(part.out.find("Next: eha compare v/integrator_lag_valve.json " + after_), std::string::npos)
+      << "`eha import` takes no run\n"
+      << part.out << part.err;
   EXPECT_NE(there.out.find("Next: eha compare v/integrator_lag_valve.json " + after_ + " -o comparison.html"),
             std::string::npos)
       << there.out;

@@ -156,6 +156,19 @@ TEST(CopiedCommands, CompareRecordsAsTheyWereRead) {
             std::string::npos);
 }
 
+TEST(CopiedCommands, GiveTwoCopiesTwoNames) {
+  const TemporaryFolder folder;
+  folder.write("r.csv", record_of_lag(1.3, true));
+  std::filesystem::create_directory(folder.path() / "b");
+  folder.write("b/r.csv", record_of_lag(1.7, true));
+  folder.write("r-record.csv", "");
+  ASSERT_EQ(run_eha({"fit", "r.csv", "--resample", "--model", "io1", "-o", "models"}, folder.path()).code, 0);
+  const std::string next = next_of(run_eha({"validate", "models/io1.json", "b/r.csv", "--resample"}, folder.path()));
+  EXPECT_EQ(next,
+            "eha import r.csv --resample -o r-record-2.csv && eha import b/r.csv --resample -o r-record-3.csv && "
+            "eha compare r-record-2.csv r-record-3.csv -o comparison.html\n");
+}
+
 TEST(CheckedRig, SaysWhatItsLimitsLeaveUnwatched) {
   const TemporaryFolder folder;
   std::string rig = content_of(source_file("config/rigs/sim.toml"));

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/free_name.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/temporary_folder.hpp"
+
+namespace eha {
+namespace {
+
+TEST(FreeName, NumbersWhatIsTakenAndLeavesAFolderWithoutANameOfItsOwn) {
+  const test::TemporaryFolder folder;
+  folder.write("rig.toml", "");
+  folder.write("rig-2.toml", "");
+  const auto in = [&](const char* name) { return (folder.path() / name).string(); };
+  EXPECT_EQ(free_name(in("other.toml")), in("other.toml"));
+  EXPECT_EQ(free_name(in("rig.toml")), in("rig-3.toml"));
+  EXPECT_EQ(next_free_name(in("models/")), in("models-2"));
+  const std::string instead = free_name("models");
+  for (const char* here : {".", "./", "..", "../", "models/.."}) EXPECT_EQ(next_free_name(here), instead) << here;
+}
+
+}  // namespace
+}  // namespace eha
