@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <system_error>
@@ -188,15 +187,12 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
 
 std::string_view fault_name(std::string_view description) { return description.substr(0, description.find(' ')); }
 
-bool is_of_following(std::string_view fault) {
-  constexpr std::array<std::string_view, 4> kOfFollowing{"no_motion", "not_in_place", "loop_speed", "wrong_speed"};
-  return std::find(kOfFollowing.begin(), kOfFollowing.end(), fault) != kOfFollowing.end();
-}
-
 std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,
                             const suggest::RigAccess& rig) {
   const bool is_simulated = of_run != nullptr && !hal::moves_machine(of_run->backend);
-  if (!is_simulated || !may_be_of_following(description)) return suggest::read(rig);
+  // At a limit of the travel the volts or the place were mostly too great, whatever [following] says.
+  const bool is_at_limit = fault_name(description) == acquisition::to_text(acquisition::Fault::travel_limit);
+  if (!is_simulated || is_at_limit || !may_be_of_following(description)) return suggest::read(rig);
   return of_run->limits.following ? suggest::without_following(rig) : suggest::characterise(rig);
 }
 

@@ -71,13 +71,10 @@ struct RunCommand;
 /// The name of the fault that a description of a run's end begins with.
 [[nodiscard]] std::string_view fault_name(std::string_view description);
 
-/// Whether a fault, by its name, may come from a wrong [following].
-[[nodiscard]] bool is_of_following(std::string_view fault);
-
 /// Returns the command that looks for the cause of a placing's or a valve sheet's trip: `eha read`, which shows whether
 /// the sensor follows the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as
 /// [following] says, the copy of its file without it, whose Next measures the valve; `eha characterise` begins with
-/// such a placing, and would trip like it.
+/// such a placing, and would trip like it. A trip at a limit of the travel is for `eha read`.
 /// @param description  of the run's end
 /// @param of_run       the rig that it moved; null: not known
 [[nodiscard]] std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,

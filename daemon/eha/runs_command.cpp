@@ -17,6 +17,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/run_argument.hpp"
@@ -238,11 +239,11 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
 /// Whether a fault is of the rod, its sensor or valve; those of the card and of late ticks are for `eha doctor`.
 bool is_of_rod(std::string_view description) {
   using acquisition::Fault;
-  constexpr std::array kOthers{Fault::frozen_sensor, Fault::feedback_band,      Fault::feedback_rail,
-                               Fault::not_following, Fault::unexplained_motion, Fault::velocity_limit,
-                               Fault::travel_limit,  Fault::sensor_slip,        Fault::wrong_place};
+  // The place and the speed also where the reading jumps, which no [following] makes.
+  constexpr std::array kOthers{Fault::frozen_sensor,  Fault::feedback_band, Fault::feedback_rail, Fault::not_in_place,
+                               Fault::velocity_limit, Fault::sensor_slip,   Fault::wrong_place};
   const std::string_view name = fault_name(description);
-  return is_of_following(name) ||
+  return may_be_of_following(description) ||
          std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });
 }
 

@@ -19,6 +19,7 @@
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/drive_options.hpp"
+#include "daemon/eha/following_trip.hpp"
 #include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -205,7 +206,7 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
       for (const std::string& missing : report::write_into_run(run, unit)) console.warning(missing);
     }
     const std::string page = report_of_run(folder, "eha plot " + shell_word(folder.string()));
-    const bool is_of_valve = manifest.report && is_of_following(fault_name(manifest.report->description));
+    const bool is_of_valve = manifest.report && may_be_of_following(manifest.report->description);
     if (!is_broken) {
       console.next_step(page);
       if (!console.rig().controller.empty()) {
