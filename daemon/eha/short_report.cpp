@@ -386,7 +386,10 @@ std::string wrapped_where_longer(std::string_view text, const std::string& compl
       // "because         The plant ...": text goes on below where it begins.
       const std::size_t gap = line.find("  ");
       const bool is_indented = line.starts_with(' ') || (gap != std::string_view::npos && gap < kLabel);
-      const std::size_t begin = is_indented ? std::min<std::size_t>(line.find_first_not_of(' ', gap), kLabel) : 0;
+      const std::size_t begin =
+          is_indented
+              ? std::min<std::size_t>(line.find_first_not_of(' ', gap == std::string_view::npos ? 0 : gap), kLabel)
+              : 0;
       result.append(line.substr(0, begin)).append(wrapped(std::string(line.substr(begin)), begin));
     }
     if (end == rest.size()) return result;

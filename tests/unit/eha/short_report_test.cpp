@@ -375,6 +375,10 @@ TEST(ShortReport, BreaksALineThatACompletedCommandMadeTooLong) {
   EXPECT_EQ(wrapped_where_longer("because         x `c`", "because         x " + triangle),
             "because         x a record of a slow triangle of volts about 0, wider than the\n"
             "                dead band,");
+  EXPECT_EQ(wrapped_where_longer(" `c`", " " + triangle + " " + triangle),
+            " a record of a slow triangle of volts about 0, wider than the dead band, a\n"
+            " record of a slow triangle of volts about 0, wider than the dead band,")
+      << "by one column";
   const std::string table = std::string(60, '-') + "  " + std::string(60, '-') + "\n";
   EXPECT_EQ(wrapped_where_longer(table, table), table) << "a line that nothing was put into stays as it is";
 }

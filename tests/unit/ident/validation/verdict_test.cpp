@@ -602,7 +602,10 @@ TEST(Verdict, AdvisesLargerAmplitudesAgainstWhatTakesLessOfThem) {
           const bool is_shown = all.find("larger amplitudes, beside which") != std::string::npos ||
                                 all.find("eha characterise") != std::string::npos ||
                                 all.find("--input-map valve") != std::string::npos;
-          EXPECT_TRUE(is_shown || input_p < 0.1) << "a missing part comes first: " << all;
+          // With a map, and an input that still moves what is left, a missing part comes first.
+          const bool misses_part = has_map && !beside_ladder && input_p < 0.1;
+          const bool asks_for_others = all.find("may be missing; fit the other structures too") != std::string::npos;
+          EXPECT_TRUE(is_shown || (misses_part && asks_for_others)) << all;
         }
       }
     }
