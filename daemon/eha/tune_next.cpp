@@ -119,8 +119,7 @@ std::vector<std::string> plant_sentences(const TuneCommand& command, const ident
   } else if (unknown.empty()) {
     sentences.push_back(
         fmt::format("Promised for: the simulated rig of {}, which made the model's record. The trials are on the same "
-                    "simulation, so "
-                    "that the promise knows its oil, load and friction; that of a machine is wider.",
+                    "simulation, so that the promise knows its oil, load and friction; that of a machine is wider.",
                     rig_file.string()));
   } else {
     sentences.push_back(

@@ -302,8 +302,7 @@ std::string promise_note(const ident::AxisSettings& settings, const DisplayUnit&
       "From, to: the range of the trials and a quarter of it more; of a margin 95 % of 200 draws of the model keep "
       "each bound. A step is a new position: the reference goes there at up to {:.3g} {}/s and {:.3g} {}/s^2, settling "
       "counts from its end, and overshoot is beyond its end. Ms and Mt: the greatest factor by which the loop passes "
-      "on a "
-      "disturbance of the place, and a reference.",
+      "on a disturbance of the place, and a reference.",
       factor * settings.reference.velocity, in, factor * settings.reference.acceleration, in);
 }
 
