@@ -128,7 +128,7 @@ std::string remark_on_load(const Tuned& tuned, const DisplayUnit& unit) {
   if (best == nullptr || own == nullptr) return text;
   const double factor = unit.factor("in");
   return text +
-         fmt::format(" `eha tune --kind {}` leaves nothing of it and follows within {:.3g} {} (RMS), not {:.3g}.",
+         fmt::format(" With --kind {} nothing of it stays, and the rod follows within {:.3g} {} (RMS), not {:.3g}.",
                      ident::text(best->kind), factor * best->following_rms_in, in, factor * own->following_rms_in);
 }
 

@@ -62,11 +62,11 @@ TEST(LimitRemarks, SayHowOldACalibrationIs) {
 
 TEST(LimitRemarks, SayThatTheSafeVoltageMovesTheRod) {
   const auto at = [](double safe_V) { return said("sim.toml", [&](auto& rig) { rig.limits.safe_V = safe_V; }); };
-  // null -0.2 V, half dead band 0.2 V, half gains of 0.074 and 0.065 in/(V s)
+  // null -0.2 V, half dead band 0.2 V with 0.05 V to spare, half gains of 0.074 and 0.065 in/(V s)
   expect(at(2.0), "limits.safe_V = 2 V is 2.2 V from the valve's null");
-  expect(at(2.0), "about 0.3 in/s (7.5 mm/s)");
+  expect(at(2.0), "about 0.3 in/s (7.7 mm/s)");
   expect(at(2.0), "set -0.2, the null");
-  expect(at(-2.4), "about 0.26 in/s (6.6 mm/s)");
+  expect(at(-2.4), "about 0.27 in/s (6.8 mm/s)");
   EXPECT_EQ(at(-0.4), "");
   const auto unknown = [](double safe_V) {
     return said("sim.toml", [&](auto& rig) {
