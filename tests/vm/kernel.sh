@@ -14,7 +14,7 @@ kernel_modules=(kernel/drivers/comedi kernel/drivers/block/loop.ko kernel/fs/ext
 
 # The kernel, its modules and the headers that match: unpacked, not installed, and kept.
 fetch_kernel() {
-  local packages t=$cache/new
+  local packages package t=$cache/new
   version=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -nE 's/.*Depends: linux-image-([0-9][^ ]*)/\1/p' | head -1)
   [ -n "$version" ] || die "apt knows no linux-image-amd64; as root: apt-get update"
   packages=("linux-image-$version" "linux-headers-$version" "linux-headers-${version%-*}-common" "linux-kbuild-${version%%.0-*}")
