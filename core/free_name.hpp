@@ -7,14 +7,11 @@
 
 namespace eha {
 
-[[nodiscard]] std::string free_name(const std::string& name);
-
-/// Returns the first name with a number that is not taken, whether or not `name` is: "models-2", "rig-new-3.toml". "."
-/// and "..", which have none of their own, make way for a folder of models in the present one.
+/// Returns the first name with a number that is not taken, whether or not `name` is: "models-2", "rig-new-3.toml".
+/// @param name  with a last part of its own: not "." nor ".."
 [[nodiscard]] inline std::string next_free_name(const std::string& name) {
   std::filesystem::path path(name);
   if (!path.has_filename()) path = path.parent_path();  // "models/"
-  if (path.filename() == "." || path.filename() == "..") return free_name("models");
   std::error_code ignored;
   for (int number = 2;; ++number) {
     std::filesystem::path free = path;

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/acquisition/slip_limit.hpp"
+
 namespace eha::acquisition {
 namespace {
 
 // Pinned by slip_monitor_test.cpp.
-constexpr double kMost_in = 0.05;
 constexpr double kLeast_in = 0.01;
 constexpr double kNoiseDeviations = 8.0;
 constexpr double kNoise_s = 0.5;    ///< time constant of the noise's estimate
@@ -43,7 +44,8 @@ Breach SlipMonitor::check(double displacement_in, double velocity_in_per_s, doub
   if (step_in_ == 0.0 || steady_s_ < std::max(kSteady_s, (kSteadyReadings - 0.5) * since_s)) return {};
   if (std::abs(step_in_) > noise_in()) slipped_in_ += step_in_;
   step_in_ = 0.0;
-  if (std::abs(slipped_in_) > kMost_in) return {Fault::sensor_slip, slipped_in_, std::copysign(kMost_in, slipped_in_)};
+  if (std::abs(slipped_in_) > kMostSlip_in)
+    return {Fault::sensor_slip, slipped_in_, std::copysign(kMostSlip_in, slipped_in_)};
   return {};
 }
 

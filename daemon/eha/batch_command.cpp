@@ -27,9 +27,9 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_line.hpp"
 #include "daemon/eha/command_list.hpp"
-#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/stop_on_signals.hpp"
 #include "daemon/eha/terminal_table.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "ident/model/parameter_text.hpp"
 
 namespace eha::cli {

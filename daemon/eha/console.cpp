@@ -24,7 +24,7 @@
 #include "core/terminal_text.hpp"
 #include "daemon/eha/closed_pipe.hpp"
 #include "daemon/eha/next_command.hpp"
-#include "daemon/eha/short_report.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 
 namespace eha::cli {
 namespace {

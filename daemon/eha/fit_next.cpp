@@ -90,11 +90,18 @@ std::string mending_fit(const FitCommand& command, const Source& source, const I
   return options.empty() ? picture_of_record(command) : fit_of_part(command, source, options);
 }
 
+/// A folder beside the one that a fit has written into; in the present one for "." and "..", which have no name to
+/// number.
+std::string folder_beside(const fs::path& written) {
+  const fs::path last = written.has_filename() ? written.filename() : written.parent_path().filename();
+  return last == "." || last == ".." ? free_name("models") : next_free_name(written.string());
+}
+
 FitCommand into_new_folder(FitCommand command) {
   if (!command.output || command.import.command.empty()) return command;
   command.import.command = importer::command_without(command.import, {"-o"});
-  command.import.command = importer::command_with(command.import, command.source,
-                                                  "-o " + shell_word(next_free_name(command.output->string())));
+  command.import.command =
+      importer::command_with(command.import, command.source, "-o " + shell_word(folder_beside(*command.output)));
   return command;
 }
 

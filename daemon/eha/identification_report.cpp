@@ -13,6 +13,7 @@
 #include "daemon/eha/frequency_table.hpp"
 #include "daemon/eha/model_report.hpp"
 #include "daemon/eha/short_report.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/size_hint.hpp"
 #include "daemon/record/manifest.hpp"

@@ -12,9 +12,9 @@
 
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/new_folders.hpp"
-#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/study_output.hpp"
 #include "daemon/eha/terminal_table.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/published/published_page.hpp"
 #include "daemon/published/published_summary.hpp"
 #include "ident/validation/verdict.hpp"

@@ -15,8 +15,8 @@
 #include "core/terminal_text.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/run_line.hpp"
-#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/terminal_table.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/record/manifest.hpp"
 
 namespace eha::cli {

@@ -18,6 +18,7 @@
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/terminal_table.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -39,15 +40,13 @@ namespace {
 using ident::Model;
 using ident::Score;
 
-constexpr std::size_t kWidth = 80;
-constexpr std::size_t kLabel = 16;  // columns before the text of a line
 constexpr std::size_t kMostReasons = 3;
 constexpr double kAlike = 0.1;  // difference of errors that are alike, share
 // Least change of the fit by a new offset that is reported [%].
 constexpr double kSameFit = 0.1;
 
 std::string line(const char* label, const std::string& text) {
-  return fmt::format("{:<{}}{}\n", label, kLabel, wrapped(text, kLabel));
+  return fmt::format("{:<{}}{}\n", label, kLabelWidth, wrapped(text, kLabelWidth));
 }
 
 /// Whether a part of the record did not estimate the model.
@@ -98,7 +97,7 @@ std::string grade_text(const Model& model) {
 
 /// The clauses of a reason that fit into three lines, at least one.
 std::string brief(const std::string& reason, Reasons shown) {
-  constexpr std::size_t kMost = 3 * (kWidth - kLabel) - 12;  // lines break before a word
+  constexpr std::size_t kMost = 3 * (kPrintedWidth - kLabelWidth) - 12;  // lines break before a word
   constexpr std::string_view kMore = "; -v gives more";
   const auto clause_end = [&](std::size_t from) {
     return std::min({reason.find("; ", from), reason.find(", and ", from), reason.size()});
@@ -151,7 +150,7 @@ std::string reasons_by_model(const std::vector<Model>& models, const std::string
   }
   std::string text;
   for (const auto& [reason, names] : groups) {
-    const bool fits = names.size() == 1 && names.front().size() < kLabel;
+    const bool fits = names.size() == 1 && names.front().size() < kLabelWidth;
     text += fits ? line(names.front().c_str(), reason)
                  : line(names.size() == 1 ? "" : fmt::format("{} models", names.size()).c_str(),
                         fmt::format("{}{}: {}", fmt::join(names, ", "),
@@ -340,64 +339,6 @@ Answer shown_answer(Answer answer, const DisplayUnit& unit) {
 }
 
 }  // namespace
-
-std::string wrapped(const std::string& text, std::size_t indent) {
-  // A line that begins so is a step that eha offers; within a text it may be a stranger's.
-  constexpr std::string_view kStep = "Next:";
-  std::string result;
-  std::size_t column = indent;
-  std::string_view rest = text;
-  while (!rest.empty()) {
-    std::size_t end = std::min(rest.find(' '), rest.size());
-    for (std::size_t next = rest.find_first_not_of(' ', end);
-         next < rest.size() && rest.substr(next).starts_with(kStep); next = rest.find_first_not_of(' ', end)) {
-      end = std::min(rest.find(' ', next), rest.size());
-    }
-    // A command is copied in one piece.
-    if (const std::size_t command = rest.find("`eha "); command < end) {
-      const std::size_t close = rest.find('`', command + 1);
-      if (close != std::string_view::npos) end = std::min(rest.find(' ', close), rest.size());
-    }
-    const std::string_view word = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    if (column > indent && column + 1 + word.size() > kWidth) {
-      result += "\n" + std::string(indent, ' ');
-      column = indent;
-    } else if (column > indent) {
-      result += ' ';
-      ++column;
-    }
-    result += word;
-    column += word.size();
-  }
-  return result;
-}
-
-std::string wrapped_where_longer(std::string_view text, const std::string& completed) {
-  std::string result;
-  std::string_view rest = completed;
-  while (true) {
-    const std::size_t end = std::min(rest.find('\n'), rest.size());
-    const std::string_view line = rest.substr(0, end);
-    const std::size_t before = std::min(text.find('\n'), text.size());
-    if (line.size() <= kWidth || line == text.substr(0, before)) {
-      result += line;
-    } else {
-      // "because         The plant ...": text goes on below where it begins.
-      const std::size_t gap = line.find("  ");
-      const bool is_indented = line.starts_with(' ') || (gap != std::string_view::npos && gap < kLabel);
-      const std::size_t begin =
-          is_indented
-              ? std::min<std::size_t>(line.find_first_not_of(' ', gap == std::string_view::npos ? 0 : gap), kLabel)
-              : 0;
-      result.append(line.substr(0, begin)).append(wrapped(std::string(line.substr(begin)), begin));
-    }
-    if (end == rest.size()) return result;
-    result += '\n';
-    rest.remove_prefix(end + 1);
-    text.remove_prefix(std::min(before + 1, text.size()));
-  }
-}
 
 Answer answer_of(const identify::Identification& identification) {
   Answer answer;

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "core/display_unit.hpp"
@@ -46,13 +45,5 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
 
 /// The recommendation in full, where the short report may cut its reasons.
 [[nodiscard]] std::string recommendation_text(const Answer& answer, const DisplayUnit& unit);
-
-/// Breaks words into lines of at most 80 columns. @param indent  blanks before every line but the first
-[[nodiscard]] std::string wrapped(const std::string& text, std::size_t indent);
-
-/// Breaks the lines of a printed text that completed commands have made too long, under the text that they begin with.
-/// @param text       as it was laid out
-/// @param completed  the same lines
-[[nodiscard]] std::string wrapped_where_longer(std::string_view text, const std::string& completed);
 
 }  // namespace eha::cli

@@ -11,9 +11,9 @@
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/new_folders.hpp"
 #include "daemon/eha/published_command.hpp"
-#include "daemon/eha/short_report.hpp"
 #include "daemon/eha/study_output.hpp"
 #include "daemon/eha/terminal_table.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/study/study_page.hpp"
 

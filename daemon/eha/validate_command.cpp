@@ -17,7 +17,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
-#include "daemon/eha/short_report.hpp"
+#include "daemon/eha/wrapped_text.hpp"
 #include "daemon/identify/comparison.hpp"
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"

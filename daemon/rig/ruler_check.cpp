@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "daemon/acquisition/slip_limit.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha {
@@ -13,9 +14,6 @@ namespace {
 
 /// Greatest difference of the sensor from the ruler [in].
 constexpr double kRulerTolerance_in = 0.1;
-
-/// The same of a rig that has been driven, whose sensor may have slipped: the limit of SlipMonitor.
-constexpr double kSlipTolerance_in = 0.05;
 
 }  // namespace
 
@@ -36,12 +34,12 @@ void require_agreement_with_ruler(std::optional<double> ruler_in, double shown_i
 }
 
 void require_place_by_ruler(double ruler_in, double shown_in, const DisplayUnit& unit) {
-  if (std::abs(ruler_in - shown_in) <= kSlipTolerance_in) return;
+  if (std::abs(ruler_in - shown_in) <= acquisition::kMostSlip_in) return;
   const double factor = unit.factor("in");
   throw ConfigError(
       fmt::format("not armed: the sensor shows the rod at {0:.3f} {3}, the ruler at {1:.3f} {3}; they may differ by "
                   "{2:.3g} {3}: `eha calibrate --sensor-moved` with the ruler at three places or more, and its Next",
-                  factor * shown_in, factor * ruler_in, factor * kSlipTolerance_in, unit.of("in")));
+                  factor * shown_in, factor * ruler_in, factor * acquisition::kMostSlip_in, unit.of("in")));
 }
 
 }  // namespace eha

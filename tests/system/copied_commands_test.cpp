@@ -131,6 +131,10 @@ TEST(CopiedCommands, LeaveTheModelsThatAreThere) {
     words.insert(words.end(), into.begin(), into.end());
     EXPECT_EQ(next(words), "eha fit a.csv -o mine-2\n");
   }
+  // A folder without a name of its own has none to number.
+  for (const char* here : {".", "./", "mine/.."}) {
+    EXPECT_EQ(next({"fit", "a.csv", "--model", "integrator_lag", "-o", here}), "eha fit a.csv -o models-2\n") << here;
+  }
   const Ended other = run_eha({"fit", "b.csv", "-o", "models"}, folder.path());
   EXPECT_NE(other.err.find("for instance -o models-b\n"), std::string::npos) << other.err;
   folder.write("models-b", "");

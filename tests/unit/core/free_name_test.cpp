@@ -8,7 +8,7 @@
 namespace eha {
 namespace {
 
-TEST(FreeName, NumbersWhatIsTakenAndLeavesAFolderWithoutANameOfItsOwn) {
+TEST(FreeName, NumbersWhatIsTaken) {
   const test::TemporaryFolder folder;
   folder.write("rig.toml", "");
   folder.write("rig-2.toml", "");
@@ -16,8 +16,6 @@ TEST(FreeName, NumbersWhatIsTakenAndLeavesAFolderWithoutANameOfItsOwn) {
   EXPECT_EQ(free_name(in("other.toml")), in("other.toml"));
   EXPECT_EQ(free_name(in("rig.toml")), in("rig-3.toml"));
   EXPECT_EQ(next_free_name(in("models/")), in("models-2"));
-  const std::string instead = free_name("models");
-  for (const char* here : {".", "./", "..", "../", "models/.."}) EXPECT_EQ(next_free_name(here), instead) << here;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "daemon/eha/wrapped_text.hpp"
 #include "tests/unit/identify/fitted_model.hpp"
 
 namespace eha::cli {
