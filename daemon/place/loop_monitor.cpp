@@ -41,6 +41,9 @@ constexpr double kValveError_V = 0.03;
 constexpr double kSlowFloor_in_per_s = 0.01;
 constexpr double kFastFloor_in_per_s = 0.03;
 constexpr double kWrongSpeed_s = 0.5;
+constexpr double kNullError_in_per_s = 0.02;  ///< what the valve's error may do to a mean speed, however fast the rod
+constexpr double kLackingShare = 0.8;
+constexpr double kMostLacking_in = 0.06;
 
 }  // namespace
 
@@ -206,10 +209,23 @@ void LoopMonitor::compare_speed() noexcept {
   fast_s_ = speed > most ? fast_s_ + period_s_ : 0.0;
   if (slow_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, least);
   if (fast_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, most);
+  add_lacking(kLackingShare * gain * outside_V - std::min(kLackingShare * gain * kValveError_V, kNullError_in_per_s),
+              speed);
   if (!bounds_.compares_slope) return;
   const double open_V = direction * (filtered_V_ - bounds_.null_V) - bounds_.valve->dead_band_V;
   slope_.note(direction, open_V, gain * outside_V, speed);
   if (slope_.is_low()) trip(Fault::wrong_speed, slope_.mean_in_per_s(), slope_.least_mean_in_per_s());
+}
+
+void LoopMonitor::add_lacking(double due_in_per_s, double speed_in_per_s) noexcept {
+  const double least_in_per_s = due_in_per_s - kSlowFloor_in_per_s;
+  if (least_in_per_s <= 0.0) return;
+  lacking_in_ = std::max(0.0, lacking_in_ + (least_in_per_s - speed_in_per_s) * period_s_);
+  asked_in_ = lacking_in_ > 0.0 ? asked_in_ + least_in_per_s * period_s_ : 0.0;
+  asked_s_ = lacking_in_ > 0.0 ? asked_s_ + period_s_ : 0.0;
+  if (lacking_in_ > kMostLacking_in) {
+    trip(Fault::wrong_speed, (asked_in_ - lacking_in_) / asked_s_, asked_in_ / asked_s_);
+  }
 }
 
 void LoopMonitor::trip(Fault fault, double value, double limit) noexcept {

@@ -44,8 +44,9 @@ struct LoopBounds {
 ///                S = max(0, S + g (d (u - null) - still) dt - d dy) exceeds 0.003 in or six standard deviations of the
 ///                filtered noise; or the command is at its bound for 0.3 s and the reading moves by less
 ///   wrong_speed  the speed is not within 0.7 to 1.6 times that of [following] for 0.5 s, for a null and a dead band
-///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or what
-///                SpeedSlope finds, where the bounds ask for it
+///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or 0.06 in of
+///                0.7 of the way that was due were not measured, in whatever pieces: a wire that slips in jerks; or
+///                what SpeedSlope finds, where the bounds ask for it
 /// y and u pass the same low-pass filter (0.05 s; twice for wrong_speed). Real-time safe; cost: one pass over 50 ms of
 /// readings. Not thread-safe.
 class LoopMonitor {
@@ -73,6 +74,7 @@ class LoopMonitor {
   void check_motion(double moved_in) noexcept;
   void check_saturation() noexcept;
   void compare_speed() noexcept;
+  void add_lacking(double due_in_per_s, double speed_in_per_s) noexcept;
   void trip(acquisition::Fault fault, double value, double limit) noexcept;
   [[nodiscard]] double least_motion_in() const noexcept;
 
@@ -100,6 +102,9 @@ class LoopMonitor {
   double saturated_from_in_ = 0.0;
   double slow_s_ = 0.0;
   double fast_s_ = 0.0;
+  double lacking_in_ = 0.0;  ///< way that was due and not measured
+  double asked_in_ = 0.0;    ///< that was due since the sum was last 0
+  double asked_s_ = 0.0;
   SpeedSlope slope_;
 };
 

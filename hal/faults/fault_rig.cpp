@@ -17,6 +17,13 @@ std::int64_t monotonic_ns() noexcept {
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
+/// What is left of a way of which the share is missed at the end of every piece.
+double without_slips(double way, double piece, double share) noexcept {
+  const double pieces = std::floor(std::abs(way) / piece);
+  const double kept = (1.0 - share) * piece;
+  return std::copysign(pieces * kept + std::min(std::abs(way) - pieces * piece, kept), way);
+}
+
 std::int64_t nanoseconds(double seconds) noexcept { return static_cast<std::int64_t>(std::llround(seconds * 1e9)); }
 
 }  // namespace
@@ -76,6 +83,9 @@ void FaultRig::falsify(RigReading& reading) noexcept {
     set_feedback(reading, 2.0 * last_good_.feedback_V - reading.feedback_V);
   } else if (const InjectedFault* scaled = active(FaultKind::scaled_sensor)) {
     set_feedback(reading, last_good_.feedback_V + scaled->amount * (reading.feedback_V - last_good_.feedback_V));
+  } else if (const InjectedFault* slips = active(FaultKind::slipping_sensor)) {
+    const double way_V = reading.feedback_V - last_good_.feedback_V;
+    set_feedback(reading, last_good_.feedback_V + without_slips(way_V, slips->way_V, slips->amount));
   } else if (const InjectedFault* lagging = active(FaultKind::lagging_sensor)) {
     lagged_V_ += (reading.feedback_V - lagged_V_) / lagging->amount;
     set_feedback(reading, lagged_V_);

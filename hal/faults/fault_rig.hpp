@@ -25,6 +25,7 @@ enum class FaultKind {
   open_sensor,        ///< the sensor's input reads `amount` [V], with noise of `noise_LSB`
   reversed_sensor,    ///< the sensor's voltage moves in the wrong direction from the last good reading
   scaled_sensor,      ///< the sensor's voltage moves by `amount` times the right change from the last good reading
+  slipping_sensor,    ///< the sensor's voltage misses the share `amount` of every `way_V` that it should move: in jerks
   lagging_sensor,     ///< the sensor's voltage passes a first-order lag of `amount` ticks
   rail,               ///< the converter reads all ones, as a dead card does
   spike,              ///< `amount` [in] is added to the displacement
@@ -42,8 +43,9 @@ struct InjectedFault {
   std::int64_t first_tick = 0;
   std::int64_t ticks = 1;  ///< number of faulty ticks; kAlways for ever
   double amount = 0.0;     ///< spike [in]; slow_read, slow_command and output_timed_out [s]; open_sensor [V];
-                           ///< scaled_sensor factor; lagging_sensor [ticks]
+                           ///< scaled_sensor factor; slipping_sensor share; lagging_sensor [ticks]
   double noise_LSB = 0.0;  ///< standard deviation of the noise of stuck_sensor and open_sensor, converter steps
+  double way_V = 1.0;      ///< of slipping_sensor
 
   static constexpr std::int64_t kAlways = std::numeric_limits<std::int64_t>::max();
 };

@@ -191,6 +191,16 @@ TEST(LoopMonitor, TripsOnASpeedThatIsNotThatOfTheVolts) {
   }
 }
 
+/// A wire that catches hold again after 0.4 s: each moment of half a second has speeds that are right.
+TEST(LoopMonitor, TripsOnASensorThatSlipsInJerks) {
+  LoopMonitor monitor(loop_bounds(limits(), 0.3), kTick_s);
+  const auto shown = [&, tick = 0](double u) mutable { return (++tick % 800 < 400 ? 0.1 : 1.0) * sound(u); };
+  const double at_s = fault_at(monitor, 0.6, 10.0, shown, 0.0005);
+  EXPECT_EQ(monitor.breach().fault, Fault::wrong_speed);
+  EXPECT_GT(at_s, 0.0);
+  EXPECT_LT(at_s, 3.0);
+}
+
 /// Volts of a sweep: beyond the dead band by 0.2 V, less and more in turn.
 double swept_V(double time_s) { return 0.1 + 0.25 + 0.2 + 0.08 * std::sin(2.0 * std::numbers::pi * 1.2 * time_s); }
 
