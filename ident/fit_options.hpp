@@ -25,7 +25,8 @@ enum class IntervalMethod {
 /// Results that a fit computes.
 enum class Reported {
   everything,
-  estimation,  ///< not the Bode curve, the validation and the noise: of a model that only serves others, or not yet
+  estimation,  ///< not the Bode curve, the validation and the noise: of a model that may be completed later
+  score,       ///< nor what the recorded input's own error adds to the intervals: of a model that only serves others
 };
 
 /// Options of a fit to one record.

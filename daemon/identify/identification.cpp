@@ -23,6 +23,7 @@
 #include "daemon/identify/structure_trial.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "daemon/identify/trend.hpp"
+#include "ident/estimation/inside_fits.hpp"
 #include "ident/estimation/judging_part.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/prepared_record.hpp"
@@ -146,15 +147,24 @@ bool has_guessed_poles(const ident::Structure& structure) {
          structure.denominator.front().coefficient.freedom == ident::Freedom::free;
 }
 
-/// @param prepared  the task's record, which several fits share; null: the paper's procedure prepares none
-IdentifiedModel identify_one(const IdentificationTask& task, const ident::PreparedRecord* prepared,
-                             const ident::StructureOptions& structure, const ident::FitProgress& progress = {}) {
+/// What fits of one record by the default procedure share.
+struct Shared {
+  ident::PreparedRecord prepared;
+  ident::InsideFits inside;
+
+  explicit Shared(const IdentificationTask& task)
+      : prepared(task.record, task.options), inside(prepared, task.options, thread_executor()) {}
+};
+
+/// @param shared  null: the paper's procedure shares nothing
+IdentifiedModel identify_one(const IdentificationTask& task, Shared* shared, const ident::StructureOptions& structure,
+                             const ident::FitProgress& progress = {}) {
   const auto fitted = [&] {
-    if (prepared == nullptr) return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
+    if (shared == nullptr) return ident::fit(task.record, structure, task.options, thread_executor(), {}, progress);
     ident::FitOptions options = task.options;
     if (options.search == ident::Search::global && has_guessed_poles(structure.structure))
       options.search = task.ladder.search;
-    return ident::fit(*prepared, structure, options, thread_executor(), {}, progress);
+    return ident::fit(shared->prepared, structure, options, thread_executor(), {}, progress, shared->inside);
   };
   IdentifiedModel identified{structure, timed(fitted)};
   judge(task, excited_by(task, identified.result), identified.result);
@@ -207,8 +217,8 @@ void climb(const IdentificationTask& task, const Progress& progress, Identificat
 void fit_named(const IdentificationTask& task, const Progress& progress, Identification& identification) {
   std::exception_ptr first_failure;
   const double count = static_cast<double>(task.structures.size());
-  std::optional<ident::PreparedRecord> prepared;
-  if (task.options.procedure != ident::Procedure::paper) prepared.emplace(task.record, task.options);
+  std::optional<Shared> shared;
+  if (task.options.procedure != ident::Procedure::paper) shared.emplace(task);
   for (std::size_t i = 0; i < task.structures.size(); ++i) {
     const ident::StructureOptions& structure = task.structures[i];
     ident::FitProgress of_one;
@@ -218,7 +228,7 @@ void fit_named(const IdentificationTask& task, const Progress& progress, Identif
       };
     }
     try {
-      identification.models.push_back(identify_one(task, prepared ? &*prepared : nullptr, structure, of_one));
+      identification.models.push_back(identify_one(task, shared ? &*shared : nullptr, structure, of_one));
       add(identification.work, identification.models.back().result.work);
       if (progress)
         progress(static_cast<double>(i + 1) / count, result_text(identification.models.back().result.model));

@@ -80,7 +80,7 @@ std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& b
                                     ident::FitOptions options) {
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
-  options.reported = ident::Reported::estimation;
+  options.reported = ident::Reported::score;
   // What is wrong with a column may lie in the part that judges.
   options.split = 1.0;
   std::optional<Refit> best;

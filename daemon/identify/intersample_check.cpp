@@ -56,7 +56,7 @@ ident::Model again(const Source& source, ident::FitOptions options, const Attemp
   options.decimation *= ident::kPartsOfARow;
   options.intervals = ident::IntervalMethod::straight;
   options.search = ident::Search::nearest;
-  options.reported = ident::Reported::estimation;
+  options.reported = ident::Reported::score;
   const ident::PreparedRecord prepared(fine, options);
   return ident::fit(prepared, attempt.structure, options, thread_executor(), {*attempt.from}).model;
 }

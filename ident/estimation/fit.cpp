@@ -12,6 +12,7 @@
 #include "ident/estimation/default_procedure.hpp"
 #include "ident/estimation/fit_report.hpp"
 #include "ident/estimation/grey_box_fit.hpp"
+#include "ident/estimation/inside_fits.hpp"
 #include "ident/estimation/left_out.hpp"
 #include "ident/estimation/paper_procedure.hpp"
 #include "ident/estimation/sub_structures.hpp"
@@ -62,62 +63,6 @@ bool is_bias_lost(const Model& model, double largest_input) {
          !(std::max(bias->std, std::abs(bias->value) / kGreatestBias) < largest_input);
 }
 
-/// Fits the structures inside the asked one, the smallest first.
-class SubFits {
- public:
-  SubFits(const PreparedRecord& prepared, const FitOptions& options, const Executor& executor)
-      : prepared_(prepared), options_(options), executor_(executor) {
-    options_.intervals = IntervalMethod::straight;
-    options_.search = Search::known;
-    options_.reported = Reported::estimation;
-  }
-
-  void fit_inside(const StructureOptions& asked, const FitProgress& progress) {
-    if (progress && fitted_.empty()) count_inside(asked);
-    for (const StructureOptions& smaller : sub_structures(asked)) {
-      const std::string name = signature(smaller);
-      if (!fitted_.insert(name).second) continue;
-      fit_inside(smaller, progress);
-      if (progress) progress(static_cast<double>(models_.size()) / fits(), smaller.name);
-      try {
-        // The basin of a fractional optimum need not hold a structure of integer order.
-        const bool is_integer = has_finite_state(smaller.structure) || asked_behind_valve(smaller);
-        options_.search = is_integer ? Search::known : Search::global;
-        FitResult fitted = fit_by_default(prepared_, smaller, options_, executor_, models_);
-        if (fitted.model.estimation->information) {
-          structures_.push_back({name, fitted.model.estimation->information->ar_bic});
-        }
-        models_.push_back(std::move(fitted.model));
-        work_ += total(fitted.work);
-      } catch (const DataError&) {
-        // No stable model, or no map where the input does not pass the dead band on both sides: nothing to start from.
-      }
-    }
-  }
-
-  [[nodiscard]] const std::vector<Model>& models() const { return models_; }
-  [[nodiscard]] const std::vector<FittedStructure>& structures() const { return structures_; }
-  [[nodiscard]] const Work& work() const { return work_; }
-  /// All fits, the asked structure's for two: its search is wider and its intervals are determined.
-  [[nodiscard]] double fits() const { return static_cast<double>(counted_.size()) + 2.0; }
-
- private:
-  void count_inside(const StructureOptions& asked) {
-    for (const StructureOptions& smaller : sub_structures(asked)) {
-      if (counted_.insert(signature(smaller)).second) count_inside(smaller);
-    }
-  }
-
-  const PreparedRecord& prepared_;
-  FitOptions options_;
-  const Executor& executor_;
-  std::set<std::string> counted_;
-  std::set<std::string> fitted_;
-  std::vector<Model> models_;
-  std::vector<FittedStructure> structures_;
-  Work work_;
-};
-
 FitResult fit_from(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                    const Executor& executor, const std::vector<Model>& known,
                    const std::vector<FittedStructure>& structures) {
@@ -158,6 +103,13 @@ Model without_past(Model model) {
 
 FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, const FitOptions& options,
               const Executor& executor, const std::vector<Model>& known, const FitProgress& progress) {
+  InsideFits inside(prepared, options, executor);
+  return fit(prepared, wanted, options, executor, known, progress, inside);
+}
+
+FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, const FitOptions& options,
+              const Executor& executor, const std::vector<Model>& known, const FitProgress& progress,
+              InsideFits& inside) {
   const StructureOptions asked = with_sides_of(prepared.record.input, wanted);
   check_input(prepared.record, asked, options);
   if (asked.structure.grey_box) {
@@ -167,11 +119,10 @@ FitResult fit(const PreparedRecord& prepared, const StructureOptions& wanted, co
   if (options.search == Search::local || !known.empty()) {
     return fit_from(prepared, asked, options, executor, known, {});
   }
-  SubFits inside(prepared, options, executor);
-  inside.fit_inside(asked, progress);
-  if (progress) progress(static_cast<double>(inside.models().size()) / inside.fits(), asked.name);
+  const Work work_inside = inside.fit(asked, progress);
   FitResult result = fit_from(prepared, asked, options, executor, inside.models(), inside.structures());
-  result.work["inside"] += inside.work();
+  result.work["inside"] += work_inside;
+  inside.take(asked, result.model);
   return result;
 }
 

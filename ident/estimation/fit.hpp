@@ -19,6 +19,7 @@
 
 namespace eha::ident {
 
+class InsideFits;
 class PreparedRecord;
 struct FittedOptimum;
 
@@ -60,6 +61,11 @@ using FitProgress = std::function<void(double share, const std::string& structur
 [[nodiscard]] FitResult fit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                             const Executor& executor = run_in_order, const std::vector<Model>& known = {},
                             const FitProgress& progress = {});
+
+/// The same, with fits of the structures inside that several fits share.
+[[nodiscard]] FitResult fit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
+                            const Executor& executor, const std::vector<Model>& known, const FitProgress& progress,
+                            InsideFits& inside);
 
 /// Scores a model on a record it has not seen, without its past input: initial_output (and initial_state) as stored in
 /// `score` and estimated anew in `offset_reestimated`. The bias is kept, but for one that is the level before the first

@@ -107,7 +107,7 @@ void note_left_out(FitResult& result, const PreparedRecord& prepared, const Stru
   if (!model.estimation || !model.estimation->information) return;
   FitOptions quick = options;
   quick.intervals = IntervalMethod::straight;
-  quick.reported = Reported::estimation;
+  quick.reported = Reported::score;
   double least = std::numeric_limits<double>::infinity();  // over the denominator's orders
   std::vector<LeftOut> left_out;
   std::vector<bool> of_denominator;

@@ -115,7 +115,9 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
   const ProfileSearch profile{fit.scale, record.input.cwiseAbs().maxCoeff(), fit.executor};
   const bool profiles = fit.options.intervals == IntervalMethod::profile;
   const Eigen::VectorXd residual = plain_residual(chosen, fit.compared);
-  const Eigen::MatrixXd input_error = known_errors_at_estimated(model, fit.prepared, residual);
+  const Eigen::MatrixXd input_error = fit.options.reported == Reported::score
+                                          ? Eigen::MatrixXd()
+                                          : known_errors_at_estimated(model, fit.prepared, residual);
   fill_parameters(result,
                   {.compared = fit.compared,
                    .optimum = chosen,

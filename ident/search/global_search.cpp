@@ -249,16 +249,17 @@ std::vector<Eigen::VectorXd> best_of(std::vector<Seen>& points, std::size_t most
 /// A round of a race between searches from many starts: those that cost far more than the best one drop out. In a
 /// sparsely covered box none does.
 struct Heat {
-  std::size_t simulations;  ///< of each search in this round
-  std::size_t least;        ///< that go on, whatever their cost
-  double behind;            ///< times the least cost; what costs more drops out
+  std::size_t simulations;                                     ///< of each search in this round
+  std::size_t least;                                           ///< that go on, whatever their cost
+  double behind;                                               ///< times the least cost; what costs more drops out
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< that go on, whatever their cost
 };
 // The cost of a start says little; that of ten steps nearly all. Where all costs are alike all go on.
 constexpr std::array<Heat, 4> kHeats = {{{5, 10, 10.0}, {5, 5, 4.0}, {10, 2, 1.5}, {20, 2, 1.5}}};
-// Of poles the cost of a start says more, of poles and a delay somewhat. Half as many go on as once did: of the 43
+// Of poles the cost of a start says more, of poles and a delay somewhat. A third as many go on as once did: of the 43
 // records of tests/answers none changed.
-constexpr Heat kOfPoles = {0, 4, 30.0};
-constexpr Heat kOfPolesAndDelay = {0, 8, 30.0};
+constexpr Heat kOfPoles = {0, 3, 30.0, 6};
+constexpr Heat kOfPolesAndDelay = {0, 4, 30.0, 8};
 constexpr LeastSquaresOptions kRough{.max_evaluations = 80, .cost_tolerance = 1e-7, .step_tolerance = 1e-6};
 
 /// Searches on from each, roughly.
@@ -311,7 +312,7 @@ std::optional<Heat> heat_of_starts(const Parametrisation& parametrisation) {
 
 /// Leaves the searches that a heat lets go on. @param searches  the best first
 void drop_beaten(std::vector<LeastSquaresResult>& searches, const Heat& heat, Work& left) {
-  std::size_t go_on = searches.size();
+  std::size_t go_on = std::min(searches.size(), heat.most);
   while (go_on > heat.least && searches[go_on - 1].point.cost > heat.behind * searches.front().point.cost) --go_on;
   for (std::size_t k = go_on; k < searches.size(); ++k) left += searches[k].work;
   searches.resize(go_on);
