@@ -101,6 +101,7 @@ void JournalThread::write(std::size_t count) {
   try {
     if (count > 0 || !is_written_) journal_.append({batch_.data(), count});
     is_written_ = true;
+    keep_fault(count);
     synchronise();
   } catch (const std::exception& error) {
     is_written_ = false;
@@ -109,6 +110,13 @@ void JournalThread::write(std::size_t count) {
   }
   // The last rows may wait for their block to be full.
   watch_.journal_rows.store(played_ - std::min(played_, journal_.pending()), std::memory_order_release);
+}
+
+void JournalThread::keep_fault(std::size_t count) {
+  if (has_fault_ || count == 0 || batch_[count - 1].fault == acquisition::Fault::none) return;
+  journal_.write_pending();
+  has_fault_ = true;
+  synchronised_ = {};  // at once
 }
 
 void JournalThread::synchronise() {

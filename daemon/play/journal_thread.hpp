@@ -52,6 +52,8 @@ class JournalThread {
   void run();
   void write(std::size_t count);
   void show(std::size_t count);
+  /// Has the rows up to the first fault on the disk at once: after a kill they say what must precede the next arming.
+  void keep_fault(std::size_t count);
   void synchronise();
   void keep_room();
   void look_at_folder();
@@ -71,6 +73,7 @@ class JournalThread {
   std::uint64_t played_ = 0;  ///< rows of the experiment that were appended
   bool is_written_ = true;    ///< every full block
   bool is_synchronised_ = true;
+  bool has_fault_ = false;   ///< of the run, written
   std::string write_error_;  ///< of the journal; what it led to is known at the end
   std::string room_error_;   ///< no room for more rows than will come
   std::string error_;

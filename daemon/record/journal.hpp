@@ -52,6 +52,9 @@ class JournalWriter {
   ///                                                                 others are kept for the next call
   void append(std::span<const acquisition::TickRecord> records);
 
+  /// Writes also what waits for its block to be full, as a shorter block. @throws IoError  as append()
+  void write_pending() { write_blocks(1); }
+
   /// Reserves room for more rows where little is left. @throws IoError  the disk is full: half of kReservedRows still
   ///                                                                    have theirs
   void keep_room();

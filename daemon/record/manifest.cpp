@@ -376,6 +376,10 @@ bool reading_jumped(const Manifest& manifest) {
   };
   Json fault = part(part(manifest.other, "report"), "fault");
   if (fault.is_null() && manifest.recovery) fault = part(manifest.recovery->end, "fault");
+  if (const Json of_rows = part(manifest.other, kFaultOfRows); fault.is_null() && of_rows.is_string()) {
+    return of_rows == acquisition::to_text(acquisition::Fault::sensor_slip) ||
+           of_rows == acquisition::to_text(acquisition::Fault::velocity_limit);
+  }
   const Json cause = part(fault, "cause");
   const auto number = [&](const char* key) {
     const Json json = part(fault, key);

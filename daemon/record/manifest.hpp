@@ -85,7 +85,11 @@ struct Manifest {
 /// Whether an outcome, as run.json has it, is that of a run that ended as wanted.
 [[nodiscard]] bool is_whole(std::string_view outcome) noexcept;
 
-/// As acquisition::reading_jumped() of the run's fault, by the report or, of a recovered run, by the journal's end.
+/// Key of run.json: the first fault of a recovered run by its rows, where the journal's end was not written.
+inline constexpr const char* kFaultOfRows = "fault_of_rows";
+
+/// As acquisition::reading_jumped() of the run's fault, by the report or, of a recovered run, by the journal's end, or
+/// else by its rows. These have no speed, so that every velocity_limit of them counts.
 [[nodiscard]] bool reading_jumped(const Manifest& manifest);
 
 /// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <optional>
+#include <span>
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -54,6 +55,15 @@ void give_room_back(const std::filesystem::path& journal) {
   [[maybe_unused]] const int cut = ::ftruncate(file.get(), facts.st_size);
 }
 
+/// The first fault of a run by its rows, which have it from its tick on; none of a run without one.
+acquisition::Fault fault_of_rows(const std::filesystem::path& journal) {
+  acquisition::Fault fault = acquisition::Fault::none;
+  read_journal(journal, [&](std::span<const acquisition::TickRecord> rows) {
+    if (fault == acquisition::Fault::none && !rows.empty()) fault = rows.back().fault;
+  });
+  return fault;
+}
+
 void count_rows(Recovery& recovery, const JournalFacts& facts) {
   recovery.rows = facts.rows - facts.lost_rows;
   recovery.lost_rows = facts.lost_rows;
@@ -93,6 +103,10 @@ Recovery recover_run(const std::filesystem::path& folder) {
                        .torn_bytes = facts.torn_bytes,
                        .end = facts.end.value_or(nullptr),
                        .gaps = facts.gaps};
+  if (const auto fault = facts.end ? acquisition::Fault::none : fault_of_rows(journal);
+      fault != acquisition::Fault::none) {
+    manifest.other[kFaultOfRows] = acquisition::to_text(fault);
+  }
   manifest.files.clear();
   write_manifest(folder, manifest);
   return recovery;

@@ -135,6 +135,23 @@ TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrate
   EXPECT_EQ(calibrated.code, 0) << calibrated.err;
 }
 
+TEST_F(ServiceArming, KnowsASlipOfARunWhoseServiceWasKilledAsItTripped) {
+  start();
+  client_->call("arm");
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
+  rig_.card().position_in += 0.07;
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (rig_.card().is_enabled() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  EXPECT_EQ(daemon_.stop(SIGKILL), 128 + SIGKILL);
+  client_.reset();
+  daemon_.start();
+  const Ended without = arm();
+  EXPECT_EQ(without.code, kTrip) << without.err << content_of(only_run(daemon_.runs()) / "run.json");
+  EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
+}
+
 TEST_F(ServiceArming, TakesTheCalibrationInForceForAnotherOneNotItsReading) {
   start();
   client_->call("arm");

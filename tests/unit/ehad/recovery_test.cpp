@@ -62,6 +62,12 @@ TEST(Recovery, KeepsASlipThatOnlyTheJournalNames) {
   EXPECT_TRUE(settled(manifest).has_open_slip);
   manifest.recovery->end = nullptr;
   EXPECT_FALSE(settled(manifest).has_open_slip);
+  manifest.other[record::kFaultOfRows] = "sensor_slip";
+  EXPECT_TRUE(settled(manifest).has_open_slip) << "by its rows, killed before the end was written";
+  manifest.other[record::kFaultOfRows] = "velocity_limit";
+  EXPECT_TRUE(settled(manifest).has_open_slip) << "how fast is not known";
+  manifest.other[record::kFaultOfRows] = "travel_limit";
+  EXPECT_FALSE(settled(manifest).has_open_slip);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 
@@ -73,6 +74,33 @@ class JournalOnAFullDisk : public ::testing::Test {
   std::unique_ptr<JournalThread> thread_;
   std::size_t made_ = 0;
 };
+
+/// A kill takes the rows that wait for their block.
+TEST(Journal, HasTheFirstFaultInItsFileBeforeItsBlockIsFull) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "raw.ehalog";
+  record::JournalWriter journal(path, nlohmann::ordered_json{{"run", 1}}, 100);
+  const record::FolderWatch folder_watch(folder.path());
+  RecordQueue queue;
+  RunWatch watch;
+  JournalThread thread(queue, journal, folder_watch, acquisition::TimeBase::monotonic, watch);
+  TickRecord row{};
+  for (row.sequence = 0; row.sequence < 7; ++row.sequence) {
+    if (row.sequence == 6) row.fault = acquisition::Fault::sensor_slip;
+    ASSERT_TRUE(queue.push(row));
+  }
+  const auto last_fault = [&] {
+    auto fault = acquisition::Fault::none;
+    record::read_journal(path, [&](std::span<const TickRecord> rows) { fault = rows.back().fault; });
+    return fault;
+  };
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (last_fault() == acquisition::Fault::none && std::chrono::steady_clock::now() < deadline) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(last_fault(), acquisition::Fault::sensor_slip);
+  EXPECT_EQ(thread.finish(), "");
+}
 
 TEST_F(JournalOnAFullDisk, EndsARunThatIsLongerThanExpectedWhileItsLastRowsHaveRoom) {
   const test::SmallDisk disk(folder_.path() / "disk");

@@ -70,6 +70,24 @@ TEST_F(Recover, TakesTheOutcomeFromTheJournalsEndWhenThatWasWritten) {
   EXPECT_EQ(read_run(folder).outcome, Outcome::completed);
 }
 
+TEST_F(Recover, TakesTheFaultFromTheRowsOfARunKilledAfterItsTrip) {
+  const std::filesystem::path folder = torn_run(1000);
+  const std::filesystem::path journal = folder / kJournalFile;
+  const nlohmann::ordered_json header = read_journal(journal, [](auto) {}).header;
+  std::filesystem::remove(journal);
+  whole_.back().fault = acquisition::Fault::sensor_slip;
+  {
+    JournalWriter writer(journal, header, 100);
+    writer.append(whole_);
+    writer.write_pending();
+  }
+  recover_run(folder);
+  const Manifest manifest = read_manifest(folder);
+  EXPECT_EQ(manifest.outcome, Outcome::recovered);
+  EXPECT_EQ(manifest.other.at(kFaultOfRows), "sensor_slip");
+  EXPECT_TRUE(reading_jumped(manifest));
+}
+
 TEST_F(Recover, MayBeRepeatedAndThenChangesNothing) {
   const std::filesystem::path folder = torn_run(1000);
   const Recovery first = recover_run(folder);
