@@ -21,6 +21,7 @@
 
 #include "config/measured_check.hpp"
 #include "config/rig_config.hpp"
+#include "core/free_name.hpp"
 #include "core/millimetre_key.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
@@ -332,6 +333,18 @@ std::string as_moved(const CalibrateCommand& command, std::span<const Calibratio
   return line + " --sensor-moved";
 }
 
+/// Another calibration, with readings of its own.
+/// @param written  by this one
+std::string anew(const CalibrateCommand& command, const config::RigConfig& rig, const fs::path& written) {
+  std::string line = "eha calibrate";
+  if (command.rig_file && !rig.file_name.empty()) line += " --rig " + shell_word(rig.file_name);
+  if (command.local) line += " --local";
+  if (command.tolerance != CalibrateCommand{}.tolerance) line += " --tolerance " + shell_word(command.tolerance);
+  if (command.sensor_moved) line += " --sensor-moved";
+  line += " -o " + shell_word(next_free_name(written.string()));
+  return command.socket ? through(*command.socket, std::move(line)) : line;
+}
+
 bool is_writable(const fs::path& folder) { return ::access((folder.empty() ? "." : folder).c_str(), W_OK) == 0; }
 
 /// Where a new rig file goes: beside the old one or, as of the service's, which is root's, into the working folder.
@@ -424,7 +437,8 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
         "rig is not armed with it: see that all positions are in one unit; once the new file is in force, "
         "`eha characterise --without-following -o rig-bare.toml` and its Next measure it anew");
   }
-  if (const std::string doubt = doubt_about(points, found, unit); !doubt.empty()) console.warning(doubt);
+  const std::string doubt = doubt_about(points, found, unit);
+  if (!doubt.empty()) console.warning(doubt);
   const PlaceShift moved = greatest_shift(rig, found);
   if (!shift.empty()) {
     console.warning(shift);
@@ -453,6 +467,10 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   const std::string made = shell_word(path.string());
   if (of_service && !is_of_service) {
     console.info(fmt::format("ehad uses {}, which these numbers do not replace", *of_service));
+  }
+  if (!doubt.empty()) {  // before it is put in force
+    console.next_step(anew(command, rig, path));
+    return ExitCode::ok;
   }
   console.next_step("eha check " + made + (is_of_service ? " && " + put_in_force(path, *of_service, socket) : ""));
   return ExitCode::ok;

@@ -315,6 +315,10 @@ TEST(Calibrate, SaysWhatItDoesNotKnowOfAnExactLineAndOfAWrongReading) {
   ASSERT_EQ(wrong.code, 0) << wrong.err;
   EXPECT_NE(wrong.err.find("the scale is known to +- "), std::string::npos) << wrong.err;
   EXPECT_NE(wrong.err.find("the one at 3.06 in: measure it again"), std::string::npos) << wrong.err;
+  EXPECT_NE(exact.out.find("Next: eha check exact.toml"), std::string::npos) << exact.out;
+  EXPECT_EQ(wrong.out.find("eha check"), std::string::npos) << "it is not to be put in force: " << wrong.out;
+  EXPECT_NE(wrong.out.find("Next: eha calibrate --rig rig.toml --tolerance 3mm -o wrong-2.toml"), std::string::npos)
+      << wrong.out;
 }
 
 TEST(Calibrate, TakesACsvRefusesABadPositionAndTooFew) {
