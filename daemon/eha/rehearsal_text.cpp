@@ -101,10 +101,17 @@ bool begins_anew(const config::RigConfig& rig, Player player) {
   return player == Player::local && !hal::moves_machine(rig.backend);
 }
 
+namespace {
+
+std::string drift_figure(double drift_per_s) { return fmt::format("{:+.4f}", drift_per_s); }
+
+/// Whether a drift has a figure that is not 0.
+bool drifts(double drift_per_s) { return drift_figure(drift_per_s).find_first_of("123456789") != std::string::npos; }
+
+}  // namespace
+
 std::string drift_text(double drift_per_s, const std::string& unit) {
-  const std::string figure = fmt::format("{:+.4f}", drift_per_s);
-  return figure.find_first_of("123456789") == std::string::npos ? "does not drift"
-                                                                : fmt::format("drifts {} {}/s", figure, unit);
+  return drifts(drift_per_s) ? fmt::format("drifts {} {}/s", drift_figure(drift_per_s), unit) : "does not drift";
 }
 
 nlohmann::ordered_json to_json(const Rehearsal& rehearsal) {
@@ -231,10 +238,14 @@ void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experi
   if (rehearsed.experiment.config.played() == nullptr) return;
   const auto reach_V = reach_within_dead_band(rehearsed.experiment, rehearsed.rig);
   if (!reach_V) return;
+  const DisplayUnit unit = console.unit(rehearsed.rig.units);
+  const double drift = rehearsed.rehearsal ? unit.factor("in") * rehearsed.rehearsal->drift_in_per_s : 0.0;
   console.warning(fmt::format(
-      "{}: the volts go {:.2g} V from the valve's null ({:.3g} V), of which its dead band takes {:.2g} V: the rod will "
-      "hardly move, and the record tell little; play greater amplitudes",
-      experiment_file, *reach_V, rehearsed.rig.limits.following->null_V, rehearsed.rig.limits.following->dead_band_V));
+      "{}: the volts go {:.2g} V from the valve's null ({:.3g} V), of which its dead band takes {:.2g} V: the rod {}, "
+      "and the record tells little; play greater amplitudes",
+      experiment_file, *reach_V, rehearsed.rig.limits.following->null_V, rehearsed.rig.limits.following->dead_band_V,
+      drifts(drift) ? drift_text(drift, unit.of("in")) + " to one side and otherwise hardly moves"
+                    : "will hardly move"));
 }
 
 void report_rehearsal(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What an experiment will do to the rod is said before it is played, and what it did after a trip.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -125,6 +126,21 @@ TEST(Rehearsal, SaysWhatToDoWithTheDriftOfTheShippedPair) {
   EXPECT_NE(checked.out.find("leave no room for the offset_V"), std::string::npos) << checked.out;
   EXPECT_NE(checked.out.find("may be played as it is"), std::string::npos) << "Next: is eha run: " << checked.out;
   EXPECT_NE(checked.out.find("Next: eha run "), std::string::npos) << checked.out;
+}
+
+TEST(Rehearsal, SaysOfVoltsWithinTheDeadBandThatTheRodDriftsWhereItDoes) {
+  const TemporaryFolder folder;
+  const auto warning = [&](double offset_V) {
+    folder.write("e.toml", fmt::format("schema = 1\nname = \"e\"\nduration_s = 60.0\n[excitation]\nkind = \"sine\"\n"
+                                       "offset_V = {:.2f}\ntones = [{{ frequency_Hz = 0.2, amplitude_V = 0.2 }}]\n",
+                                       offset_V));
+    const Ended checked = run_eha({"check", "e.toml", "--rig", source_file("config/rigs/sim.toml")}, folder.path());
+    EXPECT_EQ(checked.code, 0) << checked.err;
+    return checked.err;
+  };
+  const std::string drifting = warning(-0.12);
+  EXPECT_NE(drifting.find("to one side and otherwise hardly moves"), std::string::npos) << drifting;
+  EXPECT_EQ(drifting.find("will hardly move"), std::string::npos) << drifting;
 }
 
 TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
