@@ -114,7 +114,9 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   if (run.cut_at_s) text += fmt::format("PARTIAL: of the {:.1f} s until late ticks ended the run\n", *run.cut_at_s);
   for (const SheetRow& row : sheet_rows(run, unit)) {
     text += fmt::format("  {:<26} {}\n", row.name, row.value);
-    if (!row.is_as_there) text += fmt::format("  {:<26} (by the rig file {})\n", "", row.in_rig_file);
+    if (row.in_rig_file.empty()) continue;
+    text += fmt::format("  {:<26} ({} in the rig file: {})\n", "", row.in_rig_file,
+                        row.is_as_there ? "as before" : "CHANGED");
   }
   return text;
 }

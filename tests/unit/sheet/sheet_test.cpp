@@ -60,10 +60,12 @@ TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
   run.rig.limits.following->null_V = -0.2;
   run.rig.limits.following->dead_band_V = 0.155 + config::kDeadBandSpare_V;
   std::string text = sheet_text(run, DisplayUnit("in"));
-  EXPECT_NE(text.find("-0.2100 +- 0.0060 V\n                             (by the rig file -0.2000 V)\n"),
+  EXPECT_NE(text.find("-0.2100 +- 0.0060 V\n                             (-0.2000 V in the rig file: CHANGED)\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("0.1600 +- 0.0070 V\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("0.1600 +- 0.0070 V\n                             (0.1550 V in the rig file: as before)\n"),
+            std::string::npos)
+      << text;
   std::vector<std::string> missing;
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
   EXPECT_NE(html.find("-0.2000 V, outside the interval"), std::string::npos);
