@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -156,6 +157,7 @@ class Commissioning {
                       "commission the copy",
                       command_.rig_file, shell_word(command_.rig_file)));
     }
+    require_writable_rig_file();
     const std::string known = state_.rig_sha256();
     if (known.empty()) return;
     const std::string now = record::sha256_of_file(command_.rig_file);
@@ -170,6 +172,19 @@ class Commissioning {
         is_same_file ? fmt::format("has changed since {} was begun", state_.folder().string())
                      : fmt::format("{} is of another rig file, {}", state_.folder().string(), state_.rig_file()),
         anew_elsewhere(command_)));
+  }
+
+  /// Where this process installs the measured numbers, before anything moves. A service's rig file is its owner's to
+  /// replace. @throws PermissionError
+  void require_writable_rig_file() const {
+    if (!session_.is_local() || state_.has("rig file")) return;
+    const fs::path folder = fs::weakly_canonical(command_.rig_file).parent_path();
+    if (::access(folder.c_str(), W_OK) == 0) return;
+    const fs::path copy = free_name(fs::path(command_.rig_file).filename().string());
+    throw PermissionError(fmt::format(
+        "{0}: the measured numbers are written into it at the end, and this user may not write into {1}; nothing was "
+        "moved: commission a copy (cp {2} {3}), and put that in its place afterwards (sudo cp {3} {2})",
+        command_.rig_file, folder.string(), shell_word(command_.rig_file), shell_word(copy.string())));
   }
 
   static void require(ExitCode code, const char* why) {

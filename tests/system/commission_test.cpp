@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -307,6 +308,22 @@ TEST_F(Commission, TriesNoControllerThatOthersMayChange) {
   EXPECT_EQ(refused.code, 77) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("chmod go-w commission/axis.toml"));
   EXPECT_EQ(manifests_of(file("runs")).size(), runs);
+}
+
+TEST(CommissionQuestions, AreNotAskedWhereTheNumbersCouldNotBeWritten) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, to act as another user";
+  const TemporaryFolder owners;
+  owners.write("rig.toml", unknown_rig());
+  const TemporaryFolder users;
+  std::filesystem::permissions(owners.path(), std::filesystem::perms(0755));
+  std::filesystem::permissions(users.path(), std::filesystem::perms(0777));
+  const std::string said = output_of_shell(fmt::format(
+      "cd {} && setpriv --reuid={} --regid={} --clear-groups {} commission {} --yes --fast 2>&1; echo \"ended: $?\"",
+      users.path().string(), kOtherUser, kOtherUser, EHA_PROGRAM, (owners.path() / "rig.toml").string()));
+  EXPECT_THAT(said, HasSubstr("ended: 77"));
+  EXPECT_THAT(said,
+              HasSubstr("may not write into " + owners.path().string() + "; nothing was moved: commission a copy"));
+  EXPECT_FALSE(std::filesystem::exists(users.path() / "runs"));
 }
 
 TEST(CommissionQuestions, AskOnATerminalOnly) {
