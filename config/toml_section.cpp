@@ -82,12 +82,17 @@ std::string quoted_list(const std::vector<std::string_view>& names) {
   return list;
 }
 
-/// Returns the correction for a decimal comma ("20,0" for "20.0"); empty elsewhere. @param at  where the parser stopped
-std::string decimal_comma(std::string_view text, const Position& at) {
+/// The line of a text in which the parser stopped.
+std::string_view line_at(std::string_view text, const Position& at) {
   for (std::size_t line = 1; line < at.line && !text.empty(); ++line) {
     text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
   }
-  text = text.substr(0, text.find('\n'));
+  return text.substr(0, text.find_first_of("\r\n"));
+}
+
+/// Returns the correction for a decimal comma ("20,0" for "20.0"); empty elsewhere. @param at  where the parser stopped
+std::string decimal_comma(std::string_view text, const Position& at) {
+  text = line_at(text, at);
   const std::size_t comma = at.column - 1;
   const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
   if (at.column < 2 || comma >= text.size() || text[comma] != ',' || !is_digit(comma - 1) || !is_digit(comma + 1)) {
@@ -100,6 +105,35 @@ std::string decimal_comma(std::string_view text, const Position& at) {
   while (is_digit(end)) ++end;
   return fmt::format("; a decimal comma? Write {}.{}", text.substr(begin, comma - begin),
                      text.substr(comma + 1, end - comma - 1));
+}
+
+std::string_view without_blanks(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+/// Says of a line whose value is a word without quotes, or no value, what is written and what to write; empty
+/// elsewhere.
+std::string wrong_value(std::string_view text, const Position& at) {
+  const std::string_view line = line_at(text, at);
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos || line.find_first_of("\"'[{#") < equals) return {};
+  const std::string_view key = without_blanks(line.substr(0, equals));
+  const std::string_view value = without_blanks(line.substr(equals + 1, line.find('#', equals) - equals - 1));
+  if (key.empty()) return {};
+  if (value.empty()) return fmt::format("\"{} =\" has no value; write one behind the =", shortened(key, 60));
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  if (!is_letter(value.front()) || value.find_first_of("\"'\\") != std::string_view::npos) return {};
+  for (const std::string_view word : {"true", "false"}) {
+    const bool is_word =
+        value.size() == word.size() && std::equal(value.begin(), value.end(), word.begin(), [](char a, char b) {
+          return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b;
+        });
+    if (is_word) return fmt::format("{} has the value {}; write {} = {}", shortened(key, 60), value, key, word);
+  }
+  return fmt::format("{0} has the value {1} without quotes; a text needs them: {0} = \"{1}\"", shortened(key, 60),
+                     shortened(value, 60));
 }
 
 }  // namespace
@@ -121,6 +155,9 @@ Document parse_document(std::string_view text, const std::string& file_name, Nam
     return {toml::parse(text, file_name), IssueList(file_name), {}, file_name, named_files};
   } catch (const toml::parse_error& error) {
     const Position position = place(error.source());
+    if (const std::string wrong = wrong_value(text, position); !wrong.empty()) {
+      throw ConfigError(fmt::format("{}:{}:{}: expected TOML: {}", file_name, position.line, position.column, wrong));
+    }
     throw ConfigError(fmt::format("{}:{}:{}: expected TOML, got a syntax error: {}{}", file_name, position.line,
                                   position.column, shortened(error.description(), 200), decimal_comma(text, position)));
   }

@@ -106,6 +106,21 @@ TEST_F(ConfigFile, WithADecimalCommaIsToldWhatToWrite) {
   }
 }
 
+TEST_F(ConfigFile, WithAWrongValueIsToldWhatIsWrittenAndWhatToWrite) {
+  const auto says = [&](const std::string& text, const std::string& what) {
+    const std::string said = refusal(file(text));
+    EXPECT_NE(said.find(what), std::string::npos) << said;
+    EXPECT_EQ(said.find("Error while"), std::string::npos) << said;
+  };
+  says("schema = 1\nkind = triangle  # slow\n", ":2:");
+  says("schema = 1\nkind = triangle  # slow\n",
+       "kind has the value triangle without quotes; a text needs them: kind = \"triangle\"");
+  says("name = multisine one\n", "name = \"multisine one\"");
+  says("hold = True\n", "hold has the value True; write hold = true");
+  says("name =\nkind = 1\n", "\"name =\" has no value; write one behind the =");
+  EXPECT_NE(refusal(file("a = 1 2\n")).find("expected TOML, got a syntax error"), std::string::npos);
+}
+
 TEST_F(ConfigFile, ThatIsFarTooLargeIsRefused) {
   const std::string path = file(std::string(3'000'000, '#'));
   EXPECT_EQ(refusal(path), path + ": expected a configuration file of at most 1 MiB, got more; check the path");
