@@ -89,7 +89,8 @@ Example:
   eha reload)";
 
 constexpr const char* kQueueFooter = R"(
-Lists the submitted experiments; those of one user start in the order listed. A held one starts only after its release.
+Lists the submitted experiments from top to bottom as they are played: the last five that are over, the newest of them
+last, then the one that is played, then what waits; those of one user start in the order listed. A held one starts only after its release.
 An experiment is held if you had not armed the rig when you submitted it, if you held it, or if it was waiting at a
 fault, a stop, a disarming or a restart. You may hold, release, move and cancel your own; root may hold, move and cancel
 all. `eha stop` ends a running one.
