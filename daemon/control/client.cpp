@@ -77,6 +77,13 @@ Client::Client(const std::filesystem::path& socket, milliseconds patience) : pat
   version_ = greeting->at("ehad").get<std::string>();
 }
 
+std::optional<pid_t> Client::service_process() const noexcept {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  const bool is_known = getsockopt(descriptor_.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 && peer.pid > 0;
+  return is_known ? std::optional(peer.pid) : std::nullopt;
+}
+
 void Client::lost(const std::string& why) const {
   throw ConnectionLost(fmt::format("{}: the connection to ehad is lost: {}", path_.string(), why));
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -49,6 +51,9 @@ class Client {
   /// Returns the next event of a watch; none after `timeout` or on a signal.
   /// @throws ConnectionLost
   [[nodiscard]] std::optional<Json> next_event(std::chrono::milliseconds timeout);
+
+  /// Process that listens at the socket; none if the kernel does not say.
+  [[nodiscard]] std::optional<pid_t> service_process() const noexcept;
 
   [[nodiscard]] const std::string& version() const noexcept { return version_; }
 

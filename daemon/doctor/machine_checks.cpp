@@ -22,9 +22,21 @@ Check missing(std::string name, std::string found, std::string remedy, Stakes st
   return fail(std::move(name), std::move(found), std::move(remedy), ExitCode::permission);
 }
 
-std::string raise_limit(const std::string& limit) {
+/// @param unit_setting  the same limit in the service's unit
+std::string raise_limit(const Privileges& privileges, const std::string& limit, const char* unit_setting) {
+  if (privileges.is_of_service) {
+    return fmt::format("sudo systemctl edit ehad: {} below [Service]; then sudo systemctl restart ehad", unit_setting);
+  }
   return fmt::format("echo \"$USER - {}\" | sudo tee -a /etc/security/limits.d/ehad.conf, then log in again", limit);
 }
+
+std::string raise_rtprio(const Privileges& privileges) {
+  return raise_limit(privileges, fmt::format("rtprio {}", kGuardPriority),
+                     fmt::format("LimitRTPRIO={}", kGuardPriority).c_str());
+}
+
+/// Whose limits are judged: the service drives the rig, and a user's own are of --local alone.
+std::string whose(const Privileges& privileges) { return privileges.is_of_service ? "of ehad, which drives: " : ""; }
 
 Check check_kernel(const acquisition::KernelFacts& kernel) {
   if (kernel.preempt_rt) return ok("kernel", kernel.release + ", PREEMPT_RT");
@@ -33,21 +45,24 @@ Check check_kernel(const acquisition::KernelFacts& kernel) {
 }
 
 Check check_scheduling(const Privileges& privileges, int priority, Stakes stakes) {
+  if (privileges.is_of_service) {  // judged by its limits
+    return ok("scheduling", "of ehad, which drives: its runs say if SCHED_FIFO is refused");
+  }
   if (privileges.fifo_error == 0) return ok("scheduling", fmt::format("SCHED_FIFO {} is granted", priority));
   const bool limit_allows = privileges.is_root || privileges.rtprio_limit >= static_cast<std::uint64_t>(priority);
   return missing("scheduling", fmt::format("SCHED_FIFO {} is refused: {}", priority, error_text(privileges.fifo_error)),
                  limit_allows ? "the limit allows it, so a container or control group forbids it: grant CAP_SYS_NICE, "
                                 "or cpu.rt_runtime_us above 0"
-                              : raise_limit(fmt::format("rtprio {}", kGuardPriority)),
+                              : raise_rtprio(privileges),
                  stakes);
 }
 
 Check check_rtprio(const Privileges& privileges, int priority, Stakes stakes) {
-  if (privileges.is_root) return ok("rtprio", "no limit for root");
-  const std::string found = privileges.rtprio_limit == Privileges::kUnlimited
-                                ? "unlimited"
-                                : fmt::format("RLIMIT_RTPRIO is {}", privileges.rtprio_limit);
-  const std::string remedy = raise_limit(fmt::format("rtprio {}", kGuardPriority));
+  if (privileges.is_root) return ok("rtprio", whose(privileges) + "no limit for root");
+  const std::string found = whose(privileges) + (privileges.rtprio_limit == Privileges::kUnlimited
+                                                     ? "unlimited"
+                                                     : fmt::format("RLIMIT_RTPRIO is {}", privileges.rtprio_limit));
+  const std::string remedy = raise_rtprio(privileges);
   if (privileges.rtprio_limit < static_cast<std::uint64_t>(priority)) {
     return missing("rtprio", fmt::format("{}, the loop asks for {}", found, priority), remedy, stakes);
   }
@@ -60,12 +75,12 @@ Check check_rtprio(const Privileges& privileges, int priority, Stakes stakes) {
 }
 
 Check check_memlock(const Privileges& privileges, Stakes stakes) {
-  if (privileges.is_root) return ok("memlock", "no limit for root");
-  if (privileges.memlock_limit_bytes == Privileges::kUnlimited) return ok("memlock", "unlimited");
+  if (privileges.is_root) return ok("memlock", whose(privileges) + "no limit for root");
+  if (privileges.memlock_limit_bytes == Privileges::kUnlimited) return ok("memlock", whose(privileges) + "unlimited");
   return missing("memlock",
-                 fmt::format("RLIMIT_MEMLOCK is {} KiB; the loop locks all its memory, and only without a limit",
-                             privileges.memlock_limit_bytes / 1024),
-                 raise_limit("memlock unlimited"), stakes);
+                 fmt::format("{}RLIMIT_MEMLOCK is {} KiB; the loop locks all its memory, and only without a limit",
+                             whose(privileges), privileges.memlock_limit_bytes / 1024),
+                 raise_limit(privileges, "memlock unlimited", "LimitMEMLOCK=infinity"), stakes);
 }
 
 Check check_governor(const std::vector<std::string>& governors) {
@@ -101,7 +116,11 @@ Check check_cpus(const SystemFiles& files, std::optional<int> cpu, Stakes stakes
                           isolate(files.online_cpus.back())));
 }
 
-Check check_sleep(const std::string& idle_driver, int dma_latency_error) {
+Check check_sleep(const std::string& idle_driver, const Privileges& privileges) {
+  const int dma_latency_error = privileges.dma_latency_error;
+  if (privileges.is_of_service) {
+    return ok("c-states", "of ehad, which drives: its runs say if deep sleep cannot be held off");
+  }
   if (dma_latency_error == 0) return ok("c-states", "deep sleep can be held off (/dev/cpu_dma_latency)");
   if (idle_driver == "none") return ok("c-states", "no idle driver, no deep sleep");
   return warn(
@@ -134,7 +153,7 @@ std::vector<Check> check_machine(const Machine& machine, const config::RealtimeO
           check_memlock(machine.privileges, stakes),
           check_governor(machine.files.governors),
           check_cpus(machine.files, realtime.cpu, stakes),
-          check_sleep(machine.files.idle_driver, machine.privileges.dma_latency_error),
+          check_sleep(machine.files.idle_driver, machine.privileges),
           check_clock(machine.files)};
 }
 

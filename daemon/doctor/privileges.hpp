@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <limits>
+#include <optional>
 
 namespace eha::doctor {
 
-/// The privileges of this process.
+/// The privileges of this process, or those of the service's.
 struct Privileges {
   static constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
@@ -15,10 +17,14 @@ struct Privileges {
   std::uint64_t rtprio_limit = 0;         ///< RLIMIT_RTPRIO
   std::uint64_t memlock_limit_bytes = 0;  ///< RLIMIT_MEMLOCK
   int dma_latency_error = 0;              ///< errno of opening /dev/cpu_dma_latency for writing; 0 when it opens
+  bool is_of_service = false;             ///< by its limits: what is granted to it, both errors, is not known
 };
 
 /// Tries SCHED_FIFO in a short-lived thread and reads the limits; changes nothing permanently.
 /// @param priority  1..99
 [[nodiscard]] Privileges probe_privileges(int priority);
+
+/// Reads the limits of a running service. @param process  its folder in /proc   @returns none if they cannot be read
+[[nodiscard]] std::optional<Privileges> privileges_of_service(const std::filesystem::path& process);
 
 }  // namespace eha::doctor

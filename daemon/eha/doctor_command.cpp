@@ -18,6 +18,7 @@
 #include "daemon/doctor/delay_checks.hpp"
 #include "daemon/doctor/limit_checks.hpp"
 #include "daemon/doctor/machine_checks.hpp"
+#include "daemon/doctor/privileges.hpp"
 #include "daemon/doctor/run_folder_check.hpp"
 #include "daemon/eha-safe/guard_process.hpp"
 #include "daemon/eha/command.hpp"
@@ -35,7 +36,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kDoctorFooter = R"(
 Checks kernel, scheduling, limits, CPUs, what can make ticks late, and disk; for a rig on a card also the device, its
-driver, board and safety lines. Without --rig it is the service's rig, where one runs. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
+driver, board and safety lines. Without --rig it is the service's rig, where one runs, and the limits are those of the
+service, which drives it; with --rig they are the caller's. Each line is ok, warn or fail; warn and fail name the remedy. Nothing is changed and nothing moves.
 Exit code, of the worst failure: 78 rig file, 69 device, 77 permission, 74 disk; 0 without a failure.
 
 Examples:
@@ -117,13 +119,24 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
   console.print_json(document);
 }
 
-/// Returns the rig file of the running service, which is the relevant one; none if no service answers.
-std::optional<std::string> rig_file_of_service() {
+/// The running service, whose rig is the relevant one.
+struct Service {
+  std::string rig_file;
+  std::optional<doctor::Privileges> privileges = {};  ///< none: they cannot be read
+};
+
+/// @returns none if no service answers
+std::optional<Service> running_service() {
   std::error_code ignored;
   if (!std::filesystem::exists(control::default_socket(), ignored)) return std::nullopt;
   try {
     control::Client client(control::default_socket());
-    return client.call("status").at("rig").at("file").get<std::string>();
+    Service service{.rig_file = client.call("status").at("rig").at("file").get<std::string>()};
+    if (const auto process = client.service_process()) {
+      service.privileges =
+          doctor::privileges_of_service(std::filesystem::path(kRoot) / "proc" / std::to_string(*process));
+    }
+    return service;
   } catch (const Error&) {
     return std::nullopt;
   }
@@ -131,13 +144,16 @@ std::optional<std::string> rig_file_of_service() {
 
 ExitCode execute(const DoctorCommand& command, Console& console) {
   std::vector<Check> checks;
-  const std::optional<std::string> of_service = command.rig_file ? std::nullopt : rig_file_of_service();
-  const std::optional<config::RigConfig> rig = load_rig(of_service ? of_service : command.rig_file, checks);
+  const std::optional<Service> service = command.rig_file ? std::nullopt : running_service();
+  const std::optional<config::RigConfig> rig =
+      load_rig(service ? std::optional(service->rig_file) : command.rig_file, checks);
   const bool moves = rig && hal::moves_machine(rig->backend);
   const config::RealtimeOptions realtime = rig ? rig->realtime : config::RealtimeOptions{};
   const doctor::Machine machine{.kernel = acquisition::kernel_facts(),
                                 .files = doctor::read_system_files(kRoot),
-                                .privileges = doctor::probe_privileges(realtime.priority)};
+                                .privileges = service && service->privileges
+                                                  ? *service->privileges
+                                                  : doctor::probe_privileges(realtime.priority)};
   append(checks, doctor::check_machine(machine, realtime, moves ? doctor::Stakes::machine : doctor::Stakes::simulated));
   delays::LoopThread loop{.cpu = realtime.cpu, .priority = std::min(realtime.priority, kHighestLoopPriority)};
   append(checks, doctor::check_delays(delays::standing_delays(kRoot, delays::read_counters(kRoot), loop), loop.cpu));

@@ -8,6 +8,8 @@
 #include <functional>
 #include <stdexcept>
 
+#include "tests/unit/temporary_folder.hpp"
+
 namespace eha::doctor {
 namespace {
 
@@ -86,6 +88,31 @@ TEST(MachineChecks, LookForTheCauseElsewhereWhenTheLimitAllowsIt) {
   machine.privileges.fifo_error = EPERM;
   EXPECT_NE(named(check_machine(machine, on_cpu_1(), Stakes::machine), "scheduling").remedy.find("control group"),
             std::string::npos);
+}
+
+TEST(MachineChecks, JudgeTheLimitsOfTheServiceThatDrivesNotThoseOfTheCaller) {
+  const test::TemporaryFolder process;
+  process.write("status", "Name:\tehad\nUid:\t997\t997\t997\t997\n");
+  const auto limits = [&](const std::string& rtprio) {
+    process.write("limits",
+                  "Limit                     Soft Limit           Hard Limit           Units     \n"
+                  "Max locked memory         unlimited            unlimited            bytes     \n"
+                  "Max realtime priority     " +
+                      rtprio + "                   95                            \n");
+    return privileges_of_service(process.path());
+  };
+  Machine machine = sound_machine();
+  machine.privileges = limits("95").value();
+  EXPECT_FALSE(machine.privileges.is_root);
+  const std::vector<Check> sound = check_machine(machine, on_cpu_1(), Stakes::machine);
+  EXPECT_EQ(exit_code(sound), ExitCode::ok);
+  expect_complete(sound);
+  machine.privileges = limits("0 ").value();
+  const Check rtprio = named(check_machine(machine, on_cpu_1(), Stakes::machine), "rtprio");
+  EXPECT_EQ(rtprio.level, Level::fail);
+  EXPECT_NE(rtprio.found.find("of ehad, which drives: RLIMIT_RTPRIO is 0"), std::string::npos) << rtprio.found;
+  EXPECT_NE(rtprio.remedy.find("systemctl edit ehad: LimitRTPRIO=95"), std::string::npos) << rtprio.remedy;
+  EXPECT_FALSE(privileges_of_service(process.path() / "gone"));
 }
 
 TEST(MachineChecks, NeedNoLimitsForRoot) {
