@@ -17,6 +17,7 @@ constexpr int kDeepestRequest = 4;  // an object that holds an object, and some 
 constexpr std::size_t kLongestName = 256;
 constexpr std::int64_t kGreatestPosition = 1000;
 constexpr std::int64_t kGreatestSignal = 64;
+constexpr std::int64_t kGreatestUid = 4294967294;                  // 2^32 - 1 is no user
 constexpr std::int64_t kGreatestId = (std::int64_t{1} << 53) - 1;  // range that every JSON library preserves
 
 /// Not ordered_json, which looks a key up by a linear search.
@@ -78,13 +79,14 @@ class Params {
     return *named;
   }
 
-  /// Reads a whole number from `least` to kGreatestPosition; none if it is missing.
-  [[nodiscard]] std::optional<std::int64_t> whole(std::string_view key, std::int64_t least) {
+  /// Reads a whole number from `least` to `greatest`; none if it is missing.
+  [[nodiscard]] std::optional<std::int64_t> whole(std::string_view key, std::int64_t least,
+                                                  std::int64_t greatest = kGreatestPosition) {
     const Input* value = find(key);
     if (value == nullptr) return std::nullopt;
-    if (!value->is_number_integer() || *value < least || *value > kGreatestPosition) {
-      throw BadRequest{fmt::format("{}.{}: expected a whole number from {} to {}, got {}", path_, key, least,
-                                   kGreatestPosition, shown(*value))};
+    if (!value->is_number_integer() || *value < least || *value > greatest) {
+      throw BadRequest{fmt::format("{}.{}: expected a whole number from {} to {}, got {}", path_, key, least, greatest,
+                                   shown(*value))};
     }
     return value->get<std::int64_t>();
   }
@@ -192,7 +194,10 @@ Call read_watch(Params& params) {
 using Reader = Call (*)(Params&);
 constexpr std::array<std::pair<std::string_view, Reader>, 16> kMethods{{
     {"status", [](Params&) -> Call { return StatusCall{}; }},
-    {"arm", [](Params& params) -> Call { return ArmCall{params.number("ruler_in")}; }},
+    {"arm",
+     [](Params& params) -> Call {
+       return ArmCall{params.number("ruler_in"), params.whole("take_from", 0, kGreatestUid)};
+     }},
     {"disarm", [](Params&) -> Call { return DisarmCall{}; }},
     {"submit", read_submit},
     {"stop",

@@ -28,7 +28,8 @@ using EntryId = std::int64_t;  ///< of an experiment in the queue, from 1
 
 struct StatusCall {};
 struct ArmCall {
-  std::optional<double> ruler_in = {};  ///< where a ruler shows the rod [in]
+  std::optional<double> ruler_in = {};         ///< where a ruler shows the rod [in]
+  std::optional<std::int64_t> take_from = {};  ///< user id of the holder whose lease root takes over
 };
 struct DisarmCall {};
 struct SubmittedExperiment {

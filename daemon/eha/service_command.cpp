@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -54,7 +55,8 @@ constexpr const char* kArmFooter = R"(
 Acknowledges earlier faults and arms the rig. For 10 minutes after your last command or run only you may run
 experiments and disarm. Arming starts nothing: it lists the held experiments, see eha queue release. After a run that
 ended because the sensor's reading jumped (sensor_slip) a machine is armed only with a new calibration, or where a ruler's
-reading agrees with the sensor within 1.27 mm (0.05 in).
+reading agrees with the sensor within 1.27 mm (0.05 in). While another user holds the lease only root may take it over:
+eha names the holder and what is played, and asks; without a terminal that takes --yes.
 
 Examples:
   eha arm
@@ -269,6 +271,15 @@ double ruler_of(const std::string& text) {
   throw UsageError(fmt::format("--ruler {}: expected a length with its unit, such as 75mm or 2.95in", text));
 }
 
+/// What root is asked before taking the lease from its holder, who may be at the rod.
+std::string take_over_question(const Json& lease) {
+  const auto text = lease.at("text").get<std::string>();
+  const auto holder = lease.at("user").get<std::string>();
+  return fmt::format("{}{}. {} may be at the rod. This takes the lease over and holds what waits in the queue.",
+                     text.empty() ? 'T' : static_cast<char>(std::toupper(static_cast<unsigned char>(text.front()))),
+                     text.empty() ? "" : text.substr(1), holder);
+}
+
 /// Calls the method, for one experiment if it accepts one.
 ExitCode call_method(Client& client, const ServiceCommand& command, std::optional<std::int64_t> entry,
                      Console& console) {
@@ -282,6 +293,17 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
       !console.confirm(fmt::format("This deletes {} with its record and models.", params["run"].get<std::string>()))) {
     console.info("not confirmed; nothing was deleted");
     return ExitCode::interrupted;
+  }
+  if (command.method == "arm" && geteuid() == 0) {
+    const Json lease = client.call("status").at("lease");
+    if (!lease.is_null() && lease.at("uid") != 0) {
+      const auto holder = lease.at("user").get<std::string>();
+      if (!command.yes && !console.confirm(take_over_question(lease))) {
+        console.info(fmt::format("not confirmed; the lease stays with {}", holder));
+        return ExitCode::interrupted;
+      }
+      params["take_from"] = lease.at("uid");
+    }
   }
   Json answer;
   try {
@@ -448,6 +470,7 @@ void add_service_commands(CLI::App& app, ParsedLine& line) {
       sub->add_option("--ruler", service.ruler,
                       "Where a ruler shows the rod, such as 75mm or 2.95in; needed after the sensor has slipped")
           ->type_name("LENGTH");
+      sub->add_flag("--yes", service.yes, "As root: take the lease from its holder without asking");
     }
     if (std::string(verb.name) == "status") sub->add_flag("--watch", service.watch, "Repeat until Ctrl-C");
   }

@@ -28,7 +28,7 @@ struct ServiceCommand {
   std::int64_t to = 0;                     ///< of move: position from 1; 0: `by` says
   std::int64_t by = 0;                     ///< of move: positions towards the end
   std::string run = {};                    ///< of ack and remove: its folder or the folder's name
-  bool yes = false;                        ///< of remove: without asking
+  bool yes = false;                        ///< of remove, and of arm by root: without asking
   bool watch = false;                      ///< of status: repeatedly
   std::optional<std::string> ruler = {};   ///< of arm: where a ruler shows the rod
 };

@@ -22,10 +22,12 @@ class Lease {
   struct Holder {
     uid_t uid = 0;
     std::string user;
+    std::chrono::system_clock::time_point since = std::chrono::system_clock::now();  ///< without a break
   };
 
   /// @returns the number of the grant, for take_back()
   std::uint64_t grant(Holder holder, Clock::time_point now) {
+    if (is_held_by(holder.uid)) holder.since = holder_.since;
     holder_ = std::move(holder);
     is_held_ = true;
     ends_ = now + kDuration;

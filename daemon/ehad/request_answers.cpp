@@ -98,7 +98,8 @@ Json Supervisor::status() const {
   if (const Lease::Holder* holder = lease_.holder()) {
     status["lease"] = {{"uid", holder->uid},
                        {"user", holder->user},
-                       {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())}};
+                       {"remaining_s", std::ceil(lease_.remaining(Clock::now()).count())},
+                       {"text", holder_text()}};
   }
   // Before its first tick a run has no reading of the rod; a while after its last one the reading is of the past.
   const bool is_over = active_ && active_->played && Clock::now() - *active_->played > RodView::kLongestAge;

@@ -149,6 +149,8 @@ class Supervisor {
   enum class LeaseFate { kept, released };
   void disarm_rig(const std::string& why, LeaseFate lease);
   void require_lease(const Peer& peer, std::string_view what) const;
+  /// "the lease is alice's for another 594 s (since 10:51; the rig is armed)"; somebody must hold it.
+  [[nodiscard]] std::string holder_text() const;
   [[nodiscard]] bool may_start(uid_t uid) const;
   /// Whether it may start now and could all the while since its submission: who arms anew does not expect it.
   [[nodiscard]] bool may_still_start(const Submission& submission) const;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Rights to move the rig: arming, the lease, stops.
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <string>
@@ -32,9 +34,22 @@ std::string stopped_by(const control::StopCall& call, const std::string& user) {
 void Supervisor::require_lease(const Peer& peer, std::string_view what) const {
   const Lease::Holder* holder = lease_.holder();
   if (!holder || holder->uid == peer.uid || peer.uid == kRoot) return;
-  throw PermissionError(fmt::format("{}: the lease is {}'s for another {:.0f} s; wait, or ask {} for eha disarm", what,
-                                    holder->user, lease_.remaining(Clock::now()).count(),
+  throw PermissionError(fmt::format("{}: {}; wait, or ask {} for eha disarm", what, holder_text(),
                                     holder->uid == kRoot ? holder->user : holder->user + " or root"));
+}
+
+std::string Supervisor::holder_text() const {
+  const Lease::Holder& holder = *lease_.holder();
+  std::string doing = "the rig is armed";
+  if (active_) {
+    const Entry& entry = queue_.entries().at(active_->entry);
+    doing = fmt::format("experiment {} \"{}\" of {} is being played", entry.id, entry.name, entry.user);
+  } else if (!rig_.is_armed()) {
+    doing = fmt::format("the rig is not armed: {}", why_disarmed());
+  }
+  return fmt::format("the lease is {}'s for another {:.0f} s (since {:%H:%M}; {})", holder.user,
+                     lease_.remaining(Clock::now()).count(),
+                     fmt::localtime(std::chrono::system_clock::to_time_t(holder.since)), doing);
 }
 
 bool Supervisor::may_start(uid_t uid) const {
@@ -96,7 +111,14 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   }
   if (!call.ruler_in && !active_ && !rig_.is_armed()) require_no_slip();
   const bool was_held = lease_.is_held_by(peer.uid);
-  if (lease_.holder() && !was_held) {
+  const bool takes_over = lease_.holder() && !was_held;
+  if (takes_over && call.take_from != static_cast<std::int64_t>(lease_.holder()->uid)) {
+    throw PermissionError(
+        fmt::format("not armed: {}; `eha arm` of root asks before it takes the lease over, `eha arm "
+                    "--yes` does not ask",
+                    holder_text()));
+  }
+  if (takes_over) {
     spdlog::warn("the lease of {} is taken over by {} (uid {}, pid {})", lease_.holder()->user, peer.user, peer.uid,
                  peer.pid);
     hold_waiting(fmt::format("the lease was taken over by {}", peer.user));

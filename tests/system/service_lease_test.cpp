@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "tests/system/daemon.hpp"
+#include "tests/system/program.hpp"
 
 namespace eha::test {
 namespace {
@@ -94,8 +95,31 @@ TEST_F(ServiceLease, StaysWithItsHolderThroughAFaultUntilItsReleaseOrRoot) {
   EXPECT_EQ(refused(*bob, "disarm").code, kRefused);
   alice->call("disarm");
   EXPECT_EQ(bob->call("arm").at("state"), "armed");
-  EXPECT_EQ(root->call("arm").at("state"), "armed");
+  EXPECT_EQ(root->call("arm", {{"take_from", kBob}}).at("state"), "armed");
   EXPECT_TRUE(daemon_.logs("the lease of daemon is taken over by root")) << daemon_.log();
+}
+
+TEST_F(ServiceLease, IsTakenOverByRootOnlyWhereRootNamesItsHolder) {
+  const auto alice = connect_as(kAlice, daemon_);
+  const auto root = connect_as(0, daemon_);
+  alice->call("arm");
+  const std::int64_t entry = submit(*alice, quiet_experiment_text("long", 600.0), false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  for (const Json& params : {Json::object(), Json{{"take_from", kBob}}}) {
+    const Refused answer = refused(*root, "arm", params);
+    EXPECT_EQ(answer.code, kRefused);
+    for (const char* said : {"the lease is nobody's", "since ", "\"long\" of nobody is being played"}) {
+      EXPECT_NE(answer.message.find(said), std::string::npos) << answer.message;
+    }
+  }
+  const Ended asked = run_eha({"arm", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(asked.code, static_cast<int>(ExitCode::usage));
+  EXPECT_NE(asked.err.find("\"long\" of nobody is being played"), std::string::npos) << asked.err;
+  EXPECT_EQ(alice->call("status").at("lease").at("uid"), kAlice);
+  const Ended taken = run_eha({"arm", "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(taken.code, 0) << taken.err;
+  EXPECT_EQ(alice->call("status").at("lease").at("uid"), 0);
+  EXPECT_EQ(alice->call("stop").at("stopped"), "ramping_out") << "a stop is free";
 }
 
 TEST_F(ServiceLease, KeepsAnotherUserFromReloadingAlsoWhileDisarmed) {

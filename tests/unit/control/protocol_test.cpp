@@ -30,6 +30,7 @@ TEST(Protocol, ReadsEachMethodWithItsParameters) {
   call_of<StatusCall>(R"({"id":0,"method":"status"})");
   EXPECT_EQ(call_of<ArmCall>(R"({"id":1,"method":"arm","params":{}})").ruler_in, std::nullopt);
   EXPECT_EQ(call_of<ArmCall>(R"({"id":1,"method":"arm","params":{"ruler_in":2.9}})").ruler_in, 2.9);
+  EXPECT_EQ(call_of<ArmCall>(R"({"id":1,"method":"arm","params":{"take_from":65534}})").take_from, 65534);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop"})").entry, std::nullopt);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3}})").entry, 3);
   EXPECT_EQ(call_of<StopCall>(R"({"id":1,"method":"stop","params":{"entry":3,"signal":15}})").signal, 15);
