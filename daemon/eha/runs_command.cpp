@@ -93,6 +93,19 @@ void show_report(const record::ReportEntry& report, const fs::path& run, Console
                             counters.timeouts == 1 ? "" : "s", counters.dropped, counters.clamped));
 }
 
+/// Why no valve sheet comes from a run that was to measure one; empty where it has one, or was not to.
+std::string why_no_sheet(const fs::path& run, const record::Manifest& manifest) {
+  if (record::purpose_of(manifest) != record::Purpose::valve_sheet || !manifest.outcome) return {};
+  std::error_code ignored;
+  if (fs::exists(run / sheet::kSheetFile, ignored)) return {};
+  try {
+    static_cast<void>(sheet::sheet_of_run(record::OpenRun(run), sheet::SheetRuns::cut_as_well));
+    return {};
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 /// Returns the runs that ehad keeps.
 RunList runs_of_service(const fs::path& socket) {
   const Json answer = control::Client(socket).call("runs");
@@ -308,6 +321,9 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   if (manifest.report) show_report(*manifest.report, command.run, console);
   const Json entry = entry_of_run(command.run, command.socket);
   if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
+  if (const std::string why = why_no_sheet(command.run, manifest); !why.empty()) {
+    console.print("sheet    " + why);
+  }
   print_answer(command.run, manifest, console);
   const std::string against = record::reason_against_latest(manifest);
   if (!against.empty() && manifest.identification && manifest.identification->accepted) {
