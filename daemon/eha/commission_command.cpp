@@ -255,7 +255,7 @@ class Commissioning {
   [[nodiscard]] bool is_of_table(const std::string& run) const {
     try {
       const record::Manifest manifest = record::read_manifest(run);
-      return manifest.report && may_be_of_following(manifest.report->description);
+      return may_be_of_following(trip_of(manifest));
     } catch (const Error& error) {
       console_.debug(error.what());
       return false;

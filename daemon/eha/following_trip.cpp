@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "core/error.hpp"
 #include "daemon/acquisition/following_monitor.hpp"
 #include "daemon/acquisition/run_report.hpp"
 #include "daemon/acquisition/tick_record.hpp"
@@ -14,29 +17,61 @@
 
 namespace eha::cli {
 
-bool may_be_of_following(std::string_view fault) {
+Trip trip_of(const acquisition::FaultReport& fault) {
+  using acquisition::Fault;
+  // Near enough to its place, and yet not at rest.
+  const bool scatters = fault.fault == Fault::not_in_place && fault.value < fault.limit;
+  return {fault.fault == Fault::none ? std::string() : std::string(acquisition::to_text(fault.fault)),
+          scatters || acquisition::reading_jumped(fault)};
+}
+
+Trip trip_of(const record::Manifest& manifest) {
+  using acquisition::Fault;
+  using Json = nlohmann::ordered_json;
+  const Json::json_pointer place("/report/fault");
+  if (!manifest.other.contains(place)) return {};
+  const Json& fault = manifest.other.at(place);
+  if (!fault.is_object() || !fault.contains("cause") || !fault.at("cause").is_string()) return {};
+  Trip trip{fault.at("cause").get<std::string>(), record::reading_jumped(manifest)};
+  const auto number = [&](const char* key) {
+    return fault.contains(key) && fault.at(key).is_number() ? fault.at(key).get<double>() : std::nan("");
+  };
+  if (trip.fault == acquisition::to_text(Fault::not_in_place) && number("value") < number("limit")) {
+    trip.reading_jumps = true;
+  }
+  return trip;
+}
+
+Trip trip_of_run(const std::filesystem::path& folder) {
+  try {
+    return trip_of(record::read_manifest(folder));
+  } catch (const Error&) {
+    return {};
+  }
+}
+
+bool may_be_of_following(const Trip& trip) {
   using acquisition::Fault;
   constexpr std::array kOfFollowing{Fault::no_motion,      Fault::not_in_place,  Fault::loop_speed,
                                     Fault::wrong_speed,    Fault::not_following, Fault::unexplained_motion,
                                     Fault::velocity_limit, Fault::travel_limit};
-  if (fault.find(acquisition::kReadingJumps) != std::string_view::npos) return false;
-  const std::string_view name = fault.substr(0, fault.find(' '));
-  return std::any_of(kOfFollowing.begin(), kOfFollowing.end(),
-                     [&](Fault one) { return acquisition::to_text(one) == name; });
+  return !trip.reading_jumps && std::any_of(kOfFollowing.begin(), kOfFollowing.end(),
+                                            [&](Fault one) { return acquisition::to_text(one) == trip.fault; });
 }
 
-std::string way_out_of_following(std::string_view fault, const std::string& rig_file, const suggest::RigAccess& rig) {
-  if (!may_be_of_following(fault)) return {};
+std::string way_out_of_following(const Trip& trip, const std::string& rig_file, const suggest::RigAccess& rig) {
+  if (!may_be_of_following(trip)) return {};
   return fmt::format(
       "a wrong [following] of {} can cause this. If rod, sensor and hydraulics are sound, or if it was never measured "
       "here: `{}` writes a copy without it, moves nothing, and its Next measures the valve with that",
       rig_file, suggest::without_following(rig));
 }
 
-WayOut way_out_without_following(std::string_view fault, const std::string& rig_file) {
+WayOut way_out_without_following(const Trip& trip, const std::string& rig_file) {
   using acquisition::Fault;
-  const std::string_view name = fault.substr(0, fault.find(' '));
-  if (name != acquisition::to_text(Fault::not_following) && name != acquisition::to_text(Fault::no_motion)) return {};
+  const bool is_known =
+      trip.fault == acquisition::to_text(Fault::not_following) || trip.fault == acquisition::to_text(Fault::no_motion);
+  if (!is_known) return {};
   return {
       fmt::format(
           "{} has no [following]: volts more than {:g} V from 0 must then move the rod, and where an edge of the dead "

@@ -1,21 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <filesystem>
 #include <string>
-#include <string_view>
 
+#include "daemon/acquisition/run_report.hpp"
+#include "daemon/record/manifest.hpp"
 #include "daemon/suggest/commands.hpp"
 
 namespace eha::cli {
 
-/// Whether a wrong [following] can cause a fault. @param fault  its name, such as "no_motion", or a sentence that
-/// begins with it
-[[nodiscard]] bool may_be_of_following(std::string_view fault);
+/// What ended a run, as far as it says whether a wrong [following] can be the cause.
+struct Trip {
+  std::string fault = {};      ///< its name, such as "no_motion"; empty: none
+  bool reading_jumps = false;  ///< the readings moved as no rod does, which no [following] makes
+};
+[[nodiscard]] Trip trip_of(const acquisition::FaultReport& fault);
+[[nodiscard]] Trip trip_of(const record::Manifest& manifest);
+/// The same of a run's folder; no fault where the caller may not read it.
+[[nodiscard]] Trip trip_of_run(const std::filesystem::path& folder);
+
+/// Whether a wrong [following] can cause it.
+[[nodiscard]] bool may_be_of_following(const Trip& trip);
 
 /// Says how to measure the valve of a rig whose characterisation was ended by a fault that a wrong [following] can
 /// cause; empty for another fault.
-/// @param fault  as of may_be_of_following()
-[[nodiscard]] std::string way_out_of_following(std::string_view fault, const std::string& rig_file,
+[[nodiscard]] std::string way_out_of_following(const Trip& trip, const std::string& rig_file,
                                                const suggest::RigAccess& rig);
 
 /// The same of a rig file without [following], where the valve's edges may lie beyond what its rules allow, and the
@@ -24,7 +34,7 @@ struct WayOut {
   std::string sentence;  ///< empty for another fault
   std::string lines;
 };
-[[nodiscard]] WayOut way_out_without_following(std::string_view fault, const std::string& rig_file);
+[[nodiscard]] WayOut way_out_without_following(const Trip& trip, const std::string& rig_file);
 
 /// The description of the end of a characterisation without the causes in [following] that the rig file has not.
 [[nodiscard]] std::string without_causes_of_following(std::string description);

@@ -187,12 +187,11 @@ std::string report_of_run(const std::filesystem::path& folder, const std::string
 
 std::string_view fault_name(std::string_view description) { return description.substr(0, description.find(' ')); }
 
-std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,
-                            const suggest::RigAccess& rig) {
+std::string next_after_trip(const Trip& trip, const config::RigConfig* of_run, const suggest::RigAccess& rig) {
   const bool is_simulated = of_run != nullptr && !hal::moves_machine(of_run->backend);
   // At a limit of the travel the volts or the place were mostly too great, whatever [following] says.
-  const bool is_at_limit = fault_name(description) == acquisition::to_text(acquisition::Fault::travel_limit);
-  if (!is_simulated || is_at_limit || !may_be_of_following(description)) return suggest::read(rig);
+  const bool is_at_limit = trip.fault == acquisition::to_text(acquisition::Fault::travel_limit);
+  if (!is_simulated || is_at_limit || !may_be_of_following(trip)) return suggest::read(rig);
   return of_run->limits.following ? suggest::without_following(rig) : suggest::characterise(rig);
 }
 

@@ -19,6 +19,7 @@ struct RigConfig;
 namespace eha::cli {
 
 struct DriveOptions;
+struct Trip;
 struct RunCommand;
 
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
@@ -75,9 +76,8 @@ struct RunCommand;
 /// the sensor follows the rod. A simulated rig has sound hydraulics, valve and wires: if its rod does not move as
 /// [following] says, the copy of its file without it, whose Next measures the valve; `eha characterise` begins with
 /// such a placing, and would trip like it. A trip at a limit of the travel is for `eha read`.
-/// @param description  of the run's end
 /// @param of_run       the rig that it moved; null: not known
-[[nodiscard]] std::string next_after_trip(std::string_view description, const config::RigConfig* of_run,
+[[nodiscard]] std::string next_after_trip(const Trip& trip, const config::RigConfig* of_run,
                                           const suggest::RigAccess& rig);
 
 /// `eha fit RUN`; nothing for a record that is too short to fit, as one that ends within the discarded time, whose

@@ -48,9 +48,9 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   if (!run.write_error.empty()) console.error(run.write_error);
   const std::string folder = run.folder.string();
   if (characterises) {
-    const std::string end = acquisition::describe(run.report, unit);
-    const WayOut way_out = rig.limits.following ? WayOut{way_out_of_following(end, rig.file_name, console.rig()), {}}
-                                                : way_out_without_following(end, rig.file_name);
+    const Trip trip = trip_of(run.report.fault);
+    const WayOut way_out = rig.limits.following ? WayOut{way_out_of_following(trip, rig.file_name, console.rig()), {}}
+                                                : way_out_without_following(trip, rig.file_name);
     if (!way_out.sentence.empty()) console.info(way_out.sentence);
     if (!way_out.lines.empty()) console.print(way_out.lines);
   }
@@ -85,7 +85,7 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (remedy) {
     console.next_step(*remedy);
   } else if ((run.only_placed || characterises) && code == ExitCode::safety_trip) {
-    console.next_step(next_after_trip(acquisition::describe(run.report, unit), &rig, console.rig()));
+    console.next_step(next_after_trip(trip_of(run.report.fault), &rig, console.rig()));
   } else if (characterises && code == ExitCode::deadline) {
     console.next_step("eha doctor");
   } else if (has_page) {

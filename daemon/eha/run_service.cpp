@@ -116,10 +116,11 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   if (code != ExitCode::ok && !note.empty()) {
     console.error(!folder.empty() && shows_its_cause(folder) ? record::without_remedy(note) : note);
   }
+  const Trip trip = folder.empty() ? Trip{} : trip_of_run(folder);
   if (measured_valve) {
     const std::string file = rig.value("file", "");
-    const WayOut way_out = has_following ? WayOut{way_out_of_following(note, file, console.rig()), {}}
-                                         : way_out_without_following(note, file);
+    const WayOut way_out = has_following ? WayOut{way_out_of_following(trip, file, console.rig()), {}}
+                                         : way_out_without_following(trip, file);
     if (!way_out.sentence.empty()) console.info(way_out.sentence);
     if (!way_out.lines.empty()) console.print(way_out.lines);
   }
@@ -131,7 +132,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   }
   const bool has_other_valve = !folder.empty() && !is_done && explain_trip(folder, console);
   // A placing and a valve sheet trip again with the same [following]; of a machine the sensor is looked at first.
-  const bool is_of_table = command.text && has_following && !rig.value("moves", true) && may_be_of_following(note);
+  const bool is_of_table = command.text && has_following && !rig.value("moves", true) && may_be_of_following(trip);
   const std::string after_trip = remedy.value_or(is_of_table       ? suggest::without_following(console.rig())
                                                  : has_other_valve ? suggest::characterise(console.rig())
                                                                    : suggest::read(console.rig()));

@@ -250,14 +250,13 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
 }
 
 /// Whether a fault is of the rod, its sensor or valve; those of the card and of late ticks are for `eha doctor`.
-bool is_of_rod(std::string_view description) {
+bool is_of_rod(const Trip& trip) {
   using acquisition::Fault;
   // The place and the speed also where the reading jumps, which no [following] makes.
   constexpr std::array kOthers{Fault::frozen_sensor,  Fault::feedback_band, Fault::feedback_rail, Fault::not_in_place,
                                Fault::velocity_limit, Fault::sensor_slip,   Fault::wrong_place};
-  const std::string_view name = fault_name(description);
-  return may_be_of_following(description) ||
-         std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) { return acquisition::to_text(one) == name; });
+  return may_be_of_following(trip) || std::any_of(kOthers.begin(), kOthers.end(),
+                                                  [&](Fault one) { return acquisition::to_text(one) == trip.fault; });
 }
 
 /// The rig of a run; none where its file cannot be read.
@@ -283,12 +282,12 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
       record::purpose_of(manifest) == record::Purpose::models ||
       (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
   if (!has_rows(command.run)) {  // nothing to fit or to draw
-    const std::string fault = manifest.report ? manifest.report->description : std::string();
+    const Trip trip = trip_of(manifest);
     const bool is_wanted = *manifest.outcome == acquisition::Outcome::interrupted ||
-                           fault_name(fault) == acquisition::to_text(acquisition::Fault::second_stop);
+                           trip.fault == acquisition::to_text(acquisition::Fault::second_stop);
     if (is_wanted) return {through(command.socket, "eha status")};
     const auto of_run = rig_of(manifest.other);
-    return {is_of_rod(fault) ? next_after_trip(fault, of_run ? &*of_run : nullptr, rig) : "eha doctor"};
+    return {is_of_rod(trip) ? next_after_trip(trip, of_run ? &*of_run : nullptr, rig) : "eha doctor"};
   }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
@@ -321,10 +320,10 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   if (manifest.report) show_report(*manifest.report, command.run, console);
   const Json entry = entry_of_run(command.run, command.socket);
   if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
+  print_answer(command.run, manifest, console);
   if (const std::string why = why_no_sheet(command.run, manifest); !why.empty()) {
     console.print("sheet    " + why);
   }
-  print_answer(command.run, manifest, console);
   const std::string against = record::reason_against_latest(manifest);
   if (!against.empty() && manifest.identification && manifest.identification->accepted) {
     console.print("latest   another run: " + against);

@@ -206,7 +206,7 @@ void explain_ended_trial(const std::filesystem::path& folder, const std::string&
       for (const std::string& missing : report::write_into_run(run, unit)) console.warning(missing);
     }
     const std::string page = report_of_run(folder, "eha plot " + shell_word(folder.string()));
-    const bool is_of_valve = manifest.report && may_be_of_following(manifest.report->description);
+    const bool is_of_valve = may_be_of_following(trip_of(manifest));
     if (!is_broken) {
       console.next_step(page);
       if (!console.rig().controller.empty()) {

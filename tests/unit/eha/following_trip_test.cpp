@@ -15,12 +15,27 @@ TEST(FollowingTrip, LeavesFollowingOutWhereItMayBeWrongAndNotAtALimitOfTheTravel
   ASSERT_TRUE(rig.limits.following);
   const suggest::RigAccess access{.is_local = true, .rig_file = "sim.toml"};
   for (const char* fault : {"no_motion", "not_in_place", "wrong_speed", "not_following", "unexplained_motion"}) {
-    EXPECT_EQ(next_after_trip(std::string(fault) + " at 3.5 s: the rod", &rig, access),
-              suggest::without_following(access))
-        << fault;
+    EXPECT_EQ(next_after_trip({.fault = fault}, &rig, access), suggest::without_following(access)) << fault;
   }
-  EXPECT_EQ(next_after_trip("travel_limit at 3.5 s: the rod is at 5.75 in", &rig, access), suggest::read(access));
-  EXPECT_EQ(next_after_trip("no_motion at 3.5 s", nullptr, access), suggest::read(access)) << "of an unknown rig";
+  EXPECT_EQ(next_after_trip({.fault = "travel_limit"}, &rig, access), suggest::read(access));
+  EXPECT_EQ(next_after_trip({.fault = "no_motion"}, nullptr, access), suggest::read(access)) << "of an unknown rig";
+}
+
+TEST(FollowingTrip, KnowsAJumpOfTheReadingByItsFiguresNotByWords) {
+  using acquisition::Fault;
+  EXPECT_FALSE(may_be_of_following(trip_of({.fault = Fault::velocity_limit, .value = -122.3, .limit = -8.0})));
+  EXPECT_TRUE(may_be_of_following(trip_of({.fault = Fault::velocity_limit, .value = -9.0, .limit = -8.0})));
+  EXPECT_FALSE(may_be_of_following(trip_of({.fault = Fault::not_in_place, .value = 0.005, .limit = 0.02})));
+  EXPECT_TRUE(may_be_of_following(trip_of({.fault = Fault::not_in_place, .value = 0.3, .limit = 0.02})));
+  EXPECT_FALSE(may_be_of_following(trip_of(acquisition::FaultReport{})));
+  for (const double value : {0.005, 0.3}) {
+    record::Manifest manifest = record::manifest_from_header({{"name", "sine"}});
+    acquisition::RunReport report;
+    report.outcome = acquisition::Outcome::faulted;
+    report.fault = {.fault = Fault::not_in_place, .value = value, .limit = 0.02};
+    record::put_report(manifest, report, "");
+    EXPECT_EQ(may_be_of_following(trip_of(manifest)), value > 0.02);
+  }
 }
 
 }  // namespace
