@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <limits>
 #include <utility>
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/fractional/poles.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/structure/structures.hpp"
@@ -58,6 +61,17 @@ bool is_drift(const IdentifiedModel& one) {
   if (!model.verdict) return false;
   return ident::takes_in_a_drift(model) || (ident::wanders(model, *model.verdict) &&
                                             ident::error_cause(model, *model.verdict) == ident::ErrorCause::drift);
+}
+
+/// The time constant of the slowest pole of a model, infinite of an integrator [s].
+double slowest_pole_s(const ident::Model& model) {
+  const ident::Poles poles = ident::with_rounded_at_zero(ident::poles(model.transfer_function));
+  if (poles.order_at_zero > 0.0) return std::numeric_limits<double>::infinity();
+  double slowest_s = 0.0;
+  for (const std::complex<double>& pole : poles.values) {
+    slowest_s = std::max(slowest_s, std::pow(std::abs(pole), -1.0 / poles.base_order));
+  }
+  return slowest_s;
 }
 
 }  // namespace
@@ -132,6 +146,8 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   found.identification = fit(straight);
   const IdentifiedModel* anew = recommended_model(found.identification);
   if (anew == nullptr || ident::takes_in_a_drift(anew->result.model)) return std::nullopt;
+  // A plant that integrates makes such a line of a constant input, and taking it out moves its null or bias.
+  if (slowest_pole_s(anew->result.model) > length_s) return std::nullopt;
   // Beside a model that is accepted a line has to show clearly.
   const std::optional<double> error = may_drift ? ident::error_over(anew->result.model, best->result.model) : 0.0;
   if (!error || *error > kLessThanModel) return std::nullopt;

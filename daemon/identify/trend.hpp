@@ -30,7 +30,8 @@ struct WithoutTrend {
 
 /// Fits again to the output less its trend where a drift keeps every model from being recommended, or the recommended
 /// one errs more on unseen data or leaves a drift over; then that fit has to err clearly less there.
-/// @returns none where that fit recommends no model either, or one that takes in a drift
+/// @returns none where that fit recommends no model either, one that takes in a drift, or one that integrates over the
+///          record: such a plant makes the line of a constant input
 /// Cost: none without such a drift, else trend_of() and the same fit once more.
 [[nodiscard]] std::optional<WithoutTrend> without_trend(const IdentificationTask& task,
                                                         const Identification& identification, const FitTask& fit);

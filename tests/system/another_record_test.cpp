@@ -243,6 +243,40 @@ TEST(DriftingSensor, IsTakenOutAsAStraightLine) {
   }
 }
 
+/// Its straight line is the valve's: taken out, it was half a volt of the null that the fit gave.
+TEST(DriftingRod, KeepsTheNullOfItsValve) {
+  const TemporaryFolder folder;
+  folder.write("drift.toml", R"(schema = 1
+name = "drift"
+duration_s = 50.0
+[excitation]
+kind = "multisine"
+offset_V = 0.3
+tones = [
+  { frequency_Hz = 0.05, amplitude_V = 0.969, phase_rad = 1.8 },
+  { frequency_Hz = 0.20, amplitude_V = 0.816, phase_rad = 1.9 },
+  { frequency_Hz = 0.65, amplitude_V = 0.765, phase_rad = 4.2 },
+]
+[record]
+discard_s = 2.0
+decimation = 40
+)");
+  const Ended run = run_eha(
+      {"run", "drift.toml", "--rig", EHA_RIGS "/sim.toml", "--local", "--fast", "--accept-travel-risk"}, folder.path());
+  EXPECT_NE(run.err.find("travel_limit"), std::string::npos) << run.err;
+  const std::filesystem::path recorded = std::filesystem::directory_iterator(folder.path() / "runs")->path();
+  const Ended fitted = run_eha({"fit", recorded.string(), "-o", "m", "--json"}, folder.path());
+  EXPECT_EQ(fitted.err.find("a straight line of "), std::string::npos) << fitted.err;
+  int with_a_map = 0;
+  const nlohmann::json answer = nlohmann::json::parse(fitted.out);
+  for (const nlohmann::json& model : answer.at("models")) {
+    if (!model.contains("input_map") || !model.at("verdict").at("accepted").get<bool>()) continue;
+    ++with_a_map;
+    EXPECT_NEAR(model.at("input_map").at("null").get<double>(), -0.2, 0.05) << model.at("name");
+  }
+  EXPECT_GE(with_a_map, 1) << fitted.out;
+}
+
 TEST(DryFriction, IsNotOfferedForPlay) {
   const TemporaryFolder folder;
   ident::PortableDraw draw(2);
