@@ -89,7 +89,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   h2, .verdict, th, .missing, .stacked tr, .fraction > span:nth-last-child(2) { border-color: #e6e6e6; }
   .plot svg { filter: invert(.91) hue-rotate(180deg); }
 }
-@page { size: A4; margin: 14mm 14mm 17mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt Arial, sans-serif; } }
+@page { size: A4; margin: 12mm 14mm 14mm; @bottom-right { content: counter(page) " / " counter(pages); font: 8pt Arial, sans-serif; } }
 @media print {
   details::details-content { content-visibility: visible; block-size: auto; }
   body { font-size: 9pt; line-height: 1.35; }
@@ -97,18 +97,20 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   h2 { margin: 1em 0 .4em; }
   p, ul { margin: .25em 0; }
   .item { margin-bottom: .6em; }
-  .with-plot { display: flex; flex-direction: column; }
-  .with-plot > h3 { order: -2; }
-  .with-plot > .beside { order: -1; }
-  .plot svg { width: 135mm; margin: 1mm auto; }
-  .plot, dd, tr, li, .equation { break-inside: avoid; }
+  .with-plot { display: grid; grid-template-columns: minmax(0, 7fr) minmax(0, 4fr); column-gap: 5mm; }
+  .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
+  .beside { font-size: 8pt; line-height: 1.25; }
+  .plot svg { max-height: 78mm; }
+  .plot, .with-plot, dd, tr, li, .equation { break-inside: avoid; }
+  #the-other-models::details-content, #the-paper-s-procedure::details-content { content-visibility: hidden; }
+  #the-other-models > summary::after, #the-paper-s-procedure > summary::after { content: ": on the screen"; font-weight: normal; }
   h2, h3, thead, summary, dt { break-after: avoid; }
   section > h2 { break-inside: avoid; }
   section > h2::after { content: ""; display: block; height: 35mm; margin-bottom: -35mm; }
   .table, .plot { overflow: visible; }
   pre { white-space: pre-wrap; }
   table { font-size: 7.5pt; width: 100%; }
-  td, th { padding: 2px 6px 2px 0; }
+  td, th { padding: 1px 6px 1px 0; }
   details.section { margin-top: .4em; padding-top: .2em; }
 }
 )";
@@ -122,6 +124,16 @@ std::string remark_html(const Remark& remark) {
   add("How it should look", remark.good);
   add("To do", remark.to_do);
   return html.empty() ? "" : "<dl class=\"remark\">\n" + html + "</dl>\n";
+}
+
+/// "the-other-models", by which the style sheet knows a section.
+std::string id_of(std::string_view title) {
+  std::string id;
+  for (const char c : title) {
+    const bool is_letter = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9');
+    id += is_letter ? c : c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : '-';
+  }
+  return id;
 }
 
 /// Letters, digits and hyphens of an option behind its "--".
@@ -197,7 +209,8 @@ Page assembled(const std::string& title, const std::string& lead_html, const std
   for (const Section& section : sections) {
     if (section.items.empty()) continue;
     const std::string name = escaped(section.title);
-    page.html += section.folded ? "<details class=\"section\">\n<summary>" + name + "</summary>\n"
+    page.html += section.folded ? fmt::format("<details class=\"section\" id=\"{}\">\n<summary>{}</summary>\n",
+                                              id_of(section.title), name)
                                 : "<section>\n<h2>" + name + "</h2>\n";
     for (const Item& item : section.items) {
       page.html += item_html(item, item.figure ? &drawn[next] : nullptr);

@@ -628,6 +628,8 @@ TEST(Page, PrintsWhatIsFoldedWithPageNumbers) {
   ASSERT_NE(print, std::string::npos);
   EXPECT_NE(html.find("\n  details::details-content { content-visibility: visible;", print), std::string::npos);
   EXPECT_NE(html.find("counter(page) \" / \" counter(pages)"), std::string::npos);
+  // The equations of a ladder of other models take pages, and say nothing of the one that is used.
+  EXPECT_NE(html.find("#the-other-models::details-content", print), std::string::npos);
 }
 
 TEST(Page, BreaksNoOptionBehindItsHyphens) {
