@@ -15,6 +15,7 @@
 #include "daemon/eha/wrapped_text.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/sheet_beside.hpp"
+#include "daemon/report/better_model.hpp"
 #include "daemon/report/change_causes.hpp"
 #include "ident/model/difference_text.hpp"
 #include "ident/model/model_file.hpp"
@@ -104,6 +105,66 @@ std::string grade_of(const ident::Model& model) {
 std::string plant_of(const identify::ScoredModel& scored) {
   if (!scored.refit || !scored.cannot_tell.empty()) return "unknown";
   return scored.of_another_plant ? "another" : "this";
+}
+
+/// Whether two models, named without a record, are of one plant, and what differs.
+std::string pair_text(const report::ComparedSubject& first, const report::ComparedSubject& subject,
+                      bool is_one_record) {
+  if (is_one_record) return "two models of one record, so of one plant";
+  if (subject.change->parameters.empty())
+    return "Not shown whether the plants differ: no parameter of both is estimated";
+  if (first.model.name != subject.model.name) {
+    return fmt::format("Not shown whether the plants differ: the structures do, {} and {}, and each has its own values",
+                       first.model.name, subject.model.name);
+  }
+  return subject.change->changed ? report::outcome(first, subject)
+                                 : "The same plant, as far as the models show: no parameter changed";
+}
+
+/// The models by their errors on the part of their one record that estimated none of them; none where these parts may
+/// differ.
+std::optional<std::vector<report::RankedModel>> ranked_on_unseen_data(const std::vector<ident::Model>& models,
+                                                                      const std::vector<std::string>& titles) {
+  const auto rows = [](const ident::Model& model) -> std::string {
+    const bool is_known = model.validation && model.estimation && model.estimation->information;
+    return is_known ? fmt::format("{} {}", model.estimation->information->record, model.validation->score.samples) : "";
+  };
+  std::vector<report::RankedModel> ranked;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const std::string known = rows(models[i]);
+    if (known.empty() || known != rows(models.front())) return std::nullopt;
+    ranked.push_back({.label = titles[i],
+                      .rms_error = std::sqrt(models[i].validation->score.mse),
+                      .parameters = report::estimated_parameters(models[i]),
+                      .but = grade_of(models[i]) == kRejected ? std::string(kRejected) : ""});
+  }
+  return ranked;
+}
+
+/// "io_valve, usable, rms error 0.00213 in on the unseen data of its own record".
+std::string fit_text(const ident::Model& model) {
+  const std::string grade = grade_of(model);
+  return model.name + (grade == kNoGrade ? "" : ", " + grade) +
+         (model.validation ? fmt::format(", rms error {} on the unseen data of its own record",
+                                         ident::error_text(std::sqrt(model.validation->score.mse), model.output_unit))
+                           : "");
+}
+
+/// "Both models are of this record's plant".
+std::string plants_text(const std::vector<identify::ScoredModel>& scored) {
+  const auto all = static_cast<std::ptrdiff_t>(scored.size());
+  const auto count = [&](std::string_view plant) {
+    return std::count_if(scored.begin(), scored.end(), [&](const auto& one) { return plant_of(one) == plant; });
+  };
+  if (const auto others = count("another"); others > 0) {
+    return all == 1 ? std::string("The model is of another plant than this record")
+                    : fmt::format("{} of {} models {} of another plant than this record", others, all,
+                                  others == 1 ? "is" : "are");
+  }
+  if (count("unknown") > 0) return "Not shown whether every model is of this record's plant";
+  return all == 1   ? std::string("The model is of this record's plant")
+         : all == 2 ? std::string("Both models are of this record's plant")
+                    : fmt::format("All {} models are of this record's plant", all);
 }
 
 }  // namespace
@@ -213,7 +274,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (run.bent_map && leak.empty()) {
       subject.map_cause = is_bent_by_leak ? report::MapCause::leak : report::MapCause::friction;
     }
-    found += fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject));
+    // Of two runs the first line says it.
+    found += sources.size() > 2 ? fmt::format("\n{}: {}\n", sources[i].name, report::outcome(first, subject)) : "\n";
     if (subject.unfit) {
       out.findings.sentences.push_back(report::unfit_sentence(first, subject));
       out.findings.sentences.push_back(holds);
@@ -295,7 +357,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
   // Where no parameter is shown to have changed: of the last run that differs.
   for (std::size_t i = out.subjects.size() - 1; i > 0 && changes.empty(); --i) {
     const report::ComparedSubject& subject = out.subjects[i];
-    if (report::is_alike(subject)) continue;
+    if (report::is_alike(subject) && sources.size() > 2) continue;
     out.text += "To do: " + wrapped(report::to_do_of(subject), 7) + "\n";
     if (report::cause_sentence(subject).empty()) break;
     out.changed_source = i;
@@ -380,15 +442,20 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return one.of_another_plant; });
   const auto unknown =
       std::count_if(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "unknown"; });
-  out.findings.heading = of_another > 0       ? fmt::format("{} of {} {} of another plant", of_another, scored.size(),
-                                                      scored.size() == 1 ? "model is" : "models are")
-                         : unknown > 0        ? "Not shown whether every model is of this record's plant"
-                         : scored.size() == 1 ? std::string("The model is of this record's plant")
-                         : scored.size() == 2 ? std::string("Both models are of this record's plant")
-                                              : fmt::format("All {} models are of this record's plant", scored.size());
-  if (!rejected.empty()) {
-    out.findings.heading +=
-        fmt::format("; {} {} rejected", fmt::join(rejected, ", "), rejected.size() == 1 ? "is" : "are");
+  out.findings.heading = plants_text(scored);
+  if (scored.size() > 1) {
+    std::vector<report::RankedModel> ranked;
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      ranked.push_back({.label = titles[i],
+                        .rms_error = scored[i].rms_error,
+                        .parameters = report::estimated_parameters(models[i]),
+                        .but = grade_of(models[i]) == kRejected ? std::string(kRejected)
+                               : scored[i].of_another_plant     ? "of another plant"
+                                                                : ""});
+    }
+    out.findings.heading += "; " + report::better_model(std::move(ranked), models.front().output_unit);
+  } else if (!rejected.empty()) {
+    out.findings.heading += ", but it is rejected";
   }
   out.findings.is_alike = of_another == 0 && unknown == 0 && rejected.empty();
   out.findings.is_one_plant = of_another == 0 && unknown == 0;
@@ -401,18 +468,15 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         "Use no model of another plant for this record: fit one to it, or look for what changed since the "
         "model's own record. " +
         report::causes_of(changes);
-  } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; })) {
-    // Of models of one record `eha report` weighs error against number of parameters, too.
-    out.findings.to_do =
-        rejected.empty()
-            ? std::string(
-                  "Nothing: each model describes this record. `eha report` with the models' files recommends one.")
-            : fmt::format(
-                  "Do not use {}, however small the error is here: `eha report` with the models' files says why, "
-                  "and recommends one.",
-                  fmt::join(rejected, ", "));
+  } else if (std::all_of(scored.begin(), scored.end(), [](const auto& one) { return plant_of(one) == "this"; }) &&
+             !rejected.empty()) {
+    out.findings.to_do = fmt::format(
+        "Do not use {}, however small the error is here: `eha report` with the models' files says why, and recommends "
+        "one.",
+        fmt::join(rejected, ", "));
   }
-  out.text = fmt::format("{}: {} samples\n", source.name, scored.front().validation.score.samples);
+  out.text = fmt::format("{}\non {}: {} samples\n", out.findings.heading, source.name,
+                         scored.front().validation.score.samples);
   out.text += text_table({{"model"},
                           {"R2 %", Align::right},
                           {"re. R2 %", Align::right},
@@ -421,11 +485,11 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                           {"largest", Align::right},
                           {"refit rms", Align::right},
                           {"plant"},
-                          {"grade"}},
+                          {"verdict"}},
                          rows);
   out.text += fmt::format(
-      "re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record; grade: by the fit that "
-      "made the model\n",
+      "re.: offset re-estimated; errors [{}]; refit: the same structure fitted to this record; verdict: by the fit "
+      "that made the model\n",
       models.front().output_unit);
   out.text += sentences;
   add_to_do(out, changes, 0, "Use no such model for this record: fit one to it.");
@@ -442,6 +506,8 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
   out.subjects.push_back({.label = titles.front(), .model = models.front()});
   out.findings.title = "Comparison of models";
   out.findings.is_alike = true;
+  std::vector<ident::PlantChange> changes;
+  std::string found;
   for (std::size_t i = 1; i < models.size(); ++i) {
     const ident::PlantChange change = ident::without_other_units(
         ident::compare_parameters(models.front(), models[i], level), models.front(), models[i]);
@@ -449,27 +515,45 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     out.subjects.push_back({.label = titles[i], .model = models[i], .change = change});
     out.findings.is_alike = out.findings.is_alike && !change.changed;
     const bool are_of_one_record = is_one_record(record_of(models.front()), record_of(models[i]));
-    const Shows shows = are_of_one_record ? Shows::difference : Shows::change;
+    const bool tells_plants = !are_of_one_record && models.front().name == models[i].name;
+    const Shows shows = tells_plants ? Shows::change : Shows::difference;
+    const std::string says = pair_text(out.subjects.front(), out.subjects.back(), are_of_one_record);
     add_changes(out.findings.sentences, titles[i], change, models[i], shows);
     if (are_of_one_record) {
       out.findings.sentences.push_back(titles[i] +
                                        ": of the same record as the first, so it describes the same plant.");
     }
-    out.text += fmt::format("{} and {}: {}{}\n", files.front(), files[i],
-                            are_of_one_record ? "two models of one record, so of one plant; " : "",
-                            change.parameters.empty() ? "no parameter of both is estimated in one unit"
-                            : change.changed          ? "the parameters differ"
-                                                      : "no difference found");
-    if (!change.parameters.empty() || !change.other_unit.empty())
-      out.text += change_sentences(change, models[i], shows);
-    if (!change.parameters.empty()) out.text += table_of(out.subjects.front(), out.subjects.back(), shows);
+    if (i == 1) out.findings.heading = says;
+    if (models.size() > 2) found += fmt::format("{} and {}: {}\n", titles.front(), titles[i], says);
+    if (!change.parameters.empty() || !change.other_unit.empty()) found += change_sentences(change, models[i], shows);
+    if (!change.parameters.empty()) found += table_of(out.subjects.front(), out.subjects.back(), shows);
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
+    if (tells_plants) changes.push_back(change);
   }
   out.findings.is_one_plant = std::all_of(models.begin() + 1, models.end(), [&](const ident::Model& model) {
     return is_one_record(record_of(models.front()), record_of(model));
   });
-  out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
-  out.text += "Named with a record, the models are also scored on it.\n";
+  if (out.findings.is_one_plant) {
+    out.findings.heading = "Models of one record, so of one plant";
+    if (const auto ranked = ranked_on_unseen_data(models, titles)) {
+      out.findings.heading +=
+          fmt::format("; on unseen data {}", report::better_model(*ranked, models.front().output_unit));
+    }
+  } else if (models.size() > 2) {
+    out.findings.heading = out.findings.is_alike ? "No difference of a parameter found" : "The parameters differ";
+  }
+  out.text = out.findings.heading + "\n";
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    out.text += fmt::format("{} {}: {}\n", i == 0 ? "before" : "after ", files[i], fit_text(models[i]));
+  }
+  out.text += found;
+  std::vector<const ident::PlantChange*> changed;
+  for (const ident::PlantChange& change : changes) changed.push_back(&change);
+  if (const std::string advice = report::advice_on(changed, report::MapCause::unknown, report::kUntilKnown);
+      !advice.empty()) {
+    out.text += "To do: " + wrapped(advice, 7) + "\n";
+  }
+  out.text += "Which describes a record better: name the record, too (eha compare MODEL MODEL RECORD).\n";
   out.document = {{"schema", "eha-comparison/1"}, {"first", files.front()}, {"models", std::move(entries)}};
   return out;
 }

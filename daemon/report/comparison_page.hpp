@@ -51,7 +51,8 @@ struct ComparedSubject {
 [[nodiscard]] std::string cause_sentence(const ComparedSubject& subject);
 
 /// What the comparison with the first run found: the heading of the page and the first line on the terminal. Without a
-/// point: "Half dead band 0.149 to 0.311 V changed", "No change of a parameter found, and the first model holds".
+/// point: "The plant changed: half dead band 0.149 to 0.311 V (+0.162 +- 0.009 V)", "The same plant, as far as these
+/// records show: no parameter changed, and the first model holds".
 /// @param first, subject  of two records
 [[nodiscard]] std::string outcome(const ComparedSubject& first, const ComparedSubject& subject);
 

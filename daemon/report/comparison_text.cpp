@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <system_error>
 
-#include "core/capitalised.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -51,14 +50,14 @@ Finding finding_of(const ComparedSubject& subject) {
   return leaves_other(subject) ? Finding::leaves_other : Finding::alike;
 }
 
-/// "Half dead band 0.149 to 0.311 V, null -0.207 to -0.392 V", the clearest change first.
+/// "half dead band 0.149 to 0.311 V (+0.162 +- 0.009 V), null -0.207 to -0.392 V (-0.185 +- 0.01 V)", the clearest
+/// change first.
 std::string changes_text(const ComparedSubject& first, const ComparedSubject& subject) {
   constexpr std::size_t kMostNamed = 3;
   std::vector<const ident::ParameterChange*> changed;
   for (const ident::ParameterChange& p : subject.change->parameters) {
     if (p.changed) changed.push_back(&p);
   }
-  if (changed.empty()) return "The plant";
   const auto size = [](const ident::ParameterChange* p) {
     return p->half_width > 0.0 ? std::abs(p->after - p->before) / p->half_width : 0.0;
   };
@@ -67,13 +66,12 @@ std::string changes_text(const ComparedSubject& first, const ComparedSubject& su
   for (const ident::ParameterChange* p : changed) {
     if (texts.size() == kMostNamed) break;
     const ident::DifferenceText text = ident::difference_text(p->after - p->before, p->half_width);
-    const bool is_dead_band = p->role == ident::ParameterRole::dead_band;
-    std::string name = is_dead_band ? "half dead band" : p->name;
-    if (texts.empty() && is_dead_band) name = capitalised(name);
-    texts.push_back(fmt::format("{} {} to {}{}", name,
+    const std::string unit = ident::after_number(ident::unit_of(*p, subject.model));
+    texts.push_back(fmt::format("{} {} to {}{} ({}{} +- {}{})",
+                                p->role == ident::ParameterRole::dead_band ? "half dead band" : p->name,
                                 ident::value_text(p->name, p->before, first.model, text.resolution),
-                                ident::value_text(p->name, p->after, subject.model, text.resolution),
-                                ident::after_number(ident::unit_of(*p, subject.model))));
+                                ident::value_text(p->name, p->after, subject.model, text.resolution), unit,
+                                p->after > p->before ? "+" : "", text.difference, text.half_width, unit));
   }
   const std::size_t more = changed.size() - texts.size();
   return fmt::format("{}{}", fmt::join(texts, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
@@ -145,15 +143,17 @@ std::string to_do_of(const ComparedSubject& subject) {
 std::string outcome(const ComparedSubject& first, const ComparedSubject& subject) {
   switch (finding_of(subject)) {
     case Finding::changed:
-      return fmt::format("{} changed{}{}", changes_text(first, subject), by_leak(subject) ? ", as by a leak" : "",
-                         leaves_other(subject) ? ", and so did what the model leaves over" : "");
+      return fmt::format("The plant changed{}: {}{}", by_leak(subject) ? ", as by a leak" : "",
+                         changes_text(first, subject), leaves_other(subject) ? "; and what the model leaves over" : "");
     case Finding::does_not_fit:
       return fmt::format("No model that suits the one record suits the other; {} does not fit {}", subject.model.name,
                          unfit_label(first, subject));
     case Finding::does_not_hold:
-      return fmt::format("The model of {} does not hold on {}, and no parameter is shown to have changed{}",
-                         first.label, subject.label,
-                         leaves_other(subject) ? "; what the model leaves over changed" : "");
+      return fmt::format(
+          "Something changed that no parameter shows{}: the model of {} errs {} times as much on {} as one fitted "
+          "there",
+          leaves_other(subject) ? ", and what the model leaves over" : "", first.label,
+          ident::figure_text(subject.first_model_error / subject.left_over.after), subject.label);
     case Finding::other_input:
       return fmt::format(
           "Not shown whether the plant has changed: {}, and the inputs differ",
@@ -161,11 +161,11 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
     case Finding::cannot_tell:
       return "Not shown whether the plant has changed";
     case Finding::leaves_other:
-      return "No change of a parameter found, but what the model leaves over changed";
+      return "The same plant by its parameters, but what the model leaves over changed";
     case Finding::alike:
       break;
   }
-  return "No change of a parameter found, and the first model holds";
+  return "The same plant, as far as these records show: no parameter changed, and the first model holds";
 }
 
 std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {

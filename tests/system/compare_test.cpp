@@ -71,7 +71,7 @@ TEST_F(TwoRuns, CompareWritesAReportThatNamesTheChange) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.out.find(" mm, "), std::string::npos) << ended.out;
   const std::string html = content_of(folder_->path() / "changes.html");
-  EXPECT_NE(html.find("<h2>Half dead band 0.1"), std::string::npos) << html.substr(0, 9000);
+  EXPECT_NE(html.find("<h2>The plant changed: half dead band "), std::string::npos) << html.substr(0, 9000);
   EXPECT_NE(html.find("dead_band moved by 0.0"), std::string::npos);
   EXPECT_NE(html.find("measured [mm]"), std::string::npos);
   if (std::system("command -v tidy >/dev/null") == 0) {
@@ -92,7 +92,8 @@ TEST_F(TwoRuns, CompareOfModelsCarriesTheirGradesAndBlamesNoRig) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_NE(ended.out.find(" rejected\n"), std::string::npos) << ended.out;
   const std::string html = content_of(folder_->path() / "models.html");
-  EXPECT_NE(html.find("<section class=\"verdict some\"><h2>Both models are of this record&#39;s plant; fo is rejected"),
+  EXPECT_NE(html.find("<section class=\"verdict some\"><h2>Both models are of this record&#39;s plant; use "
+                      "integrator_lag_valve: rms error "),
             std::string::npos)
       << html.substr(html.find("<section"), 2000);
   EXPECT_NE(html.find("fo: rejected by the fit that made it; R2 "), std::string::npos);
@@ -133,7 +134,10 @@ TEST_F(TwoRuns, CompareClaimsNoChangeByAModelThatDoesNotFitItsRecord) {
 TEST_F(TwoRuns, CompareFindsNothingBetweenARunAndItself) {
   const Ended ended = run_eha({"compare", before_, before_}, folder_->path());
   ASSERT_EQ(ended.code, 0) << ended.err;
-  EXPECT_TRUE(ended.out.starts_with("No change of a parameter found, and the first model holds\n")) << ended.out;
+  EXPECT_TRUE(
+      ended.out.starts_with("The same plant, as far as these records show: no parameter changed, and the "
+                            "first model holds\n"))
+      << ended.out;
   EXPECT_NE(ended.out.find("the model fitted there: it holds."), std::string::npos) << ended.out;
   EXPECT_NE(ended.out.find("  Tested: "), std::string::npos) << ended.out;
   EXPECT_NE(ended.out.find("Not tested: what these do not describe, as friction"), std::string::npos) << ended.out;
@@ -153,7 +157,8 @@ TEST_F(TwoRuns, CompareClaimsNothingOfOneRigWhoseInputsDiffer) {
   const std::string again = json::parse(played.out).at("run").get<std::string>();
   const Ended compared = run_eha({"compare", before_, again}, folder_->path());
   const std::string found = compared.out.substr(0, compared.out.find('\n'));
-  EXPECT_TRUE(found.starts_with("Not shown whether the plant has changed") || found.starts_with("No change")) << found;
+  EXPECT_TRUE(found.starts_with("Not shown whether the plant has changed") || found.starts_with("The same plant"))
+      << found;
 }
 
 TEST_F(TwoRuns, CompareScoresModelsOnARecord) {

@@ -131,13 +131,15 @@ TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
   ComparedSubject after{.label = "after", .model = model, .change = change, .left_over = {1.0, 3.0, true}};
   EXPECT_EQ(
       outcome({.label = "base", .model = model}, after),
-      "Half dead band 0.1487 to 0.3144 V, null -0.207 to -0.391 V changed, and so did what the model leaves over");
+      "The plant changed: half dead band 0.1487 to 0.3144 V (+0.1657 +- 0.0050 V), null -0.207 to -0.391 V (-0.185 +- "
+      "0.010 V); and what the model leaves over");
   after.judges_left_over = false;
-  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed"));
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" +- 0.010 V)"));
   after.map_cause = MapCause::leak;
-  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" V changed, as by a leak"));
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).starts_with("The plant changed, as by a leak: half"));
   after.change->parameters.front().changed = true;
-  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).ends_with(" changed")) << "a leak changes no gain";
+  EXPECT_TRUE(outcome({.label = "base", .model = model}, after).starts_with("The plant changed: half"))
+      << "a leak changes no gain";
 }
 
 TEST(ComparisonPage, BlamesTheModelsAndNotTheRigWhereTheyAreOfOneRecord) {
