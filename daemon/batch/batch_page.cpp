@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -47,6 +48,28 @@ const Trend* trend_of(const Table& table, const std::string& parameter) {
   return found == table.trends.end() ? nullptr : &*found;
 }
 
+/// How far the furthest record lies apart, in the distances from which on it does; 0: none does.
+double furthest_outlier(const Table& table, const Parameter& parameter) {
+  double furthest = 0.0;
+  for (const Row& row : table.rows) {
+    for (const Outlier& one : row.outliers) {
+      if (one.parameter != parameter.name || !(one.half_width > 0.0)) continue;
+      furthest = std::max(furthest, std::abs(one.value - one.median) / one.half_width);
+    }
+  }
+  return furthest;
+}
+
+/// "K: gain", a parameter with what it is.
+std::string meaning_of(const Table& table, const std::string& name) {
+  if (name == "dead_band") return std::string(ident::kDeadBandIs);
+  if (name == "null") return "null: the volts in the middle of the dead band";
+  if (name == "negative_gain_ratio") return "negative_gain_ratio: gain of negative over that of positive volts";
+  if (name == "K") return "K: gain of positive volts, behind the dead band";
+  if (name == "a2" && table.common_model.starts_with("integrator_lag")) return "a2: the time constant T";
+  return name;
+}
+
 report::Item parameter_item(const Table& table, const Parameter& parameter) {
   plot::Series usual{.label = "", .mark = plot::Mark::error_bars, .style = 1};
   plot::Series apart{.label = "apart", .mark = plot::Mark::error_bars, .style = 2};
@@ -60,7 +83,7 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
     append(is_one ? apart : usual, static_cast<double>(one.row + 1), one.value,
            is_compared ? one.value - one.half_width : one.lower95,
            is_compared ? one.value + one.half_width : one.upper95);
-    if (is_one) names.push_back(row.record.id);
+    if (is_one) names.push_back(row.label);
     lowest = std::min(lowest, one.value);
     highest = std::max(highest, one.value);
   }
@@ -69,14 +92,14 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
   if (table.rows.size() <= kMostNamedOnAxis) {
     panel.x_label.clear();
     for (std::size_t i = 0; i < table.rows.size(); ++i) {
-      panel.x_ticks.push_back({.at = static_cast<double>(i + 1), .text = table.rows[i].record.id});
+      panel.x_ticks.push_back({.at = static_cast<double>(i + 1), .text = table.rows[i].label});
     }
   }
   panel.x_range = std::pair(0.5, static_cast<double>(table.rows.size()) + 0.5);
   panel.rules = {{.at = parameter.median, .vertical = false}};
   panel.series.push_back(std::move(usual));
   if (!apart.x.empty()) panel.series.push_back(std::move(apart));
-  report::Item item{.heading = parameter.name == "dead_band" ? std::string(ident::kDeadBandIs) : parameter.name};
+  report::Item item{.heading = meaning_of(table, parameter.name)};
   item.figure = plot::Figure{.title = fmt::format("{} over the records", parameter.name), .panels = {std::move(panel)}};
   const bool is_compared = parameter.estimates.size() >= kFewestForOutliers;
   const std::string unit = ident::after_number(parameter.unit);
@@ -119,16 +142,16 @@ std::string records_table(const Table& table) {
       if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
     }
     RowFigures figures = row.figures;
-    rows.push_back({row.record.id, shown_name(row.record), row.rig, row.recommended, grade_of(row),
+    rows.push_back({row.label, shown_name(row.record), row.rig, row.recommended, grade_of(row),
                     std::move(figures.fit_percent), std::move(figures.error), std::move(figures.form), names_apart(row),
                     std::move(missing)});
   }
   using report::Column;
-  std::vector<report::TableColumn> columns{{"record", Column::id},
+  std::vector<report::TableColumn> columns{{"record", Column::name},
                                            {"source", Column::name},
                                            {"rig", Column::name},
                                            {"recommended", Column::name},
-                                           {"grade"},
+                                           {"verdict"},
                                            {"fit on unseen data, %", Column::number},
                                            {"largest error", Column::number},
                                            {"in figures", Column::wide_text},
@@ -149,7 +172,7 @@ std::string models_table(const Table& table) {
   }
   std::vector<std::vector<std::string>> rows;
   for (const auto& [kind, count] : counts) rows.push_back({kind.first, kind.second, fmt::format("{}", count)});
-  return report::table({{"recommended"}, {"grade"}, {"records", report::Column::number}}, rows);
+  return report::table({{"recommended"}, {"verdict"}, {"records", report::Column::number}}, rows);
 }
 
 /// The model with the units of its parameters.
@@ -193,10 +216,10 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
     if (row.outliers.empty()) continue;
     if (++apart > kMostNamed) continue;
     for (const Outlier& one : row.outliers) {
-      sentences.push_back(fmt::format("{} lies apart: {}.", row.record.id, outlier_text(one)));
+      sentences.push_back(fmt::format("{} lies apart: {}.", row.label, outlier_text(one)));
     }
     if (const std::string instead = instead_text(row, table.common_model); !instead.empty()) {
-      sentences.push_back(fmt::format("{}: {}.", row.record.id, instead));
+      sentences.push_back(fmt::format("{}: {}.", row.label, instead));
     }
   }
   if (apart > kMostNamed) sentences.push_back(fmt::format("{} more lie apart, see the table.", apart - kMostNamed));
@@ -210,7 +233,7 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
       is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
   for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
     sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
-                                    table.rows[left_out[i].row].record.id, left_out[i].reason));
+                                    table.rows[left_out[i].row].label, left_out[i].reason));
   }
   if (left_out.size() > kMostNamed) {
     sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
@@ -266,10 +289,18 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
 }  // namespace
 
 report::Page page_of(const Table& table, const std::string& next) {
+  const bool is_compared = !table.resolutions.empty();
   report::Section parameters{.title = fmt::format("Parameters of {} over the records", table.common_model)};
-  for (const Parameter& parameter : parameters_of(table.rows, table.common_model)) {
+  report::Section others{.title = "Parameters in which no record lies apart", .folded = true};
+  std::vector<Parameter> known = parameters_of(table.rows, table.common_model);
+  std::stable_sort(known.begin(), known.end(), [&](const Parameter& a, const Parameter& b) {
+    return furthest_outlier(table, a) > furthest_outlier(table, b);
+  });
+  for (const Parameter& parameter : known) {
     // One point shows no more than the table.
-    if (parameter.estimates.size() > 1) parameters.items.push_back(parameter_item(table, parameter));
+    if (parameter.estimates.size() < 2) continue;
+    const bool moves = furthest_outlier(table, parameter) > 0.0 || trend_of(table, parameter.name) != nullptr;
+    (!is_compared || moves ? parameters : others).items.push_back(parameter_item(table, parameter));
   }
   report::Section models{.title = "Recommended models"};
   report::Section records{.title = "Records"};
@@ -281,19 +312,28 @@ report::Page page_of(const Table& table, const std::string& next) {
   }
   std::vector<std::string> reasons;
   for (const Row& row : table.rows) {
-    if (!row.judged) reasons.push_back(fmt::format("{}, {}: {}", row.record.id, shown_name(row.record), row.reason));
+    if (!row.judged) reasons.push_back(fmt::format("{}, {}: {}", row.label, shown_name(row.record), row.reason));
   }
   report::Section failures{.title = "Not judged"};
   if (!reasons.empty()) failures.items.push_back({.heading = "", .html = report::list(reasons)});
   std::vector<std::vector<std::string>> sources;
-  for (const Row& row : table.rows) sources.push_back({row.record.id, row.record.source});
+  for (const Row& row : table.rows) sources.push_back({row.label, row.record.id, row.record.source});
   report::Section provenance{.title = "Provenance", .folded = true};
-  provenance.items.push_back(
-      {.heading = "",
-       .html = report::table({{"record", report::Column::id}, {"file or run", report::Column::wide_text}}, sources)});
+  provenance.items.push_back({.heading = "",
+                              .html = report::table({{"record", report::Column::name},
+                                                     {"id in table.csv", report::Column::id},
+                                                     {"file or run", report::Column::wide_text}},
+                                                    sources)});
   const std::size_t failed = table.rows.size() - table.judged - table.missing;
+  // What lies apart is the answer; else the records come first.
+  const bool is_answer = is_compared && !parameters.items.empty();
+  others.folded = is_answer;
+  if (is_answer) {
+    return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed, next),
+                             {parameters, records, failures, models, others, provenance});
+  }
   return report::assembled(fmt::format("{} records", table.rows.size()), lead_of(table, failed, next),
-                           {records, failures, models, parameters, provenance});
+                           {records, failures, models, parameters, others, provenance});
 }
 
 }  // namespace eha::batch

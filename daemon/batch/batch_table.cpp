@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/terminal_text.hpp"
+#include "daemon/batch/record_labels.hpp"
 #include "daemon/batch/table_text.hpp"
 #include "daemon/record/csv_field.hpp"
 #include "daemon/record/manifest.hpp"
@@ -406,7 +407,7 @@ std::vector<WarningKind> warning_kinds(const Table& table) {
   for (Kind& kind : kinds) {
     if (kind.differs) {
       kind.found.text +=
-          fmt::format(" (figures of {}, the others have their own)", table.rows[kind.found.rows.front()].record.id);
+          fmt::format(" (figures of {}, the others have their own)", table.rows[kind.found.rows.front()].label);
     }
     found.push_back(std::move(kind.found));
   }
@@ -423,6 +424,14 @@ std::string rig_of(const std::string& source) {
   } catch (const std::exception&) {  // a name that is no text is no Error
     return {};
   }
+}
+
+/// A run that a link names by its own path; a file as listed.
+std::string resolved(const std::string& source) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(source, error)) return source;
+  const std::filesystem::path own = std::filesystem::canonical(source, error);
+  return error ? source : own.string();
 }
 
 }  // namespace
@@ -472,6 +481,10 @@ Table table_of(const BatchFolder& folder, const DisplayUnit& unit) {
     }
     table.rows.push_back(std::move(row));
   }
+  std::vector<RecordParts> parts;
+  for (const Row& row : table.rows) parts.push_back(parts_of(resolved(row.record.source), row.rig));
+  const std::vector<std::string> labels = labels_of(parts);
+  for (std::size_t i = 0; i < labels.size(); ++i) table.rows[i].label = labels[i];
   table.common_model = common_model_of(table.rows);
   table.resolutions = mark_outliers(table.rows, table.common_model);
   table.trends = trends_of(parameters_of(table.rows, table.common_model));

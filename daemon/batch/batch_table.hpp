@@ -45,7 +45,8 @@ struct Row {
   std::vector<Outlier> outliers;           ///< of the table's common model
   std::vector<std::string> warnings = {};  ///< of `eha fit`, one sentence each
   RowFigures figures = {};
-  std::string rig = {};  ///< of a run; empty of a file
+  std::string rig = {};    ///< of a run; empty of a file
+  std::string label = {};  ///< the record's name among the others, for people: labels_of()
 };
 
 /// A parameter that rises or falls with the order of the records.

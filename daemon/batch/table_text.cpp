@@ -25,7 +25,7 @@ std::string names_of(const Table& table, const std::vector<std::size_t>& rows) {
   constexpr std::size_t kMostListed = 8;
   std::string names;
   for (std::size_t i = 0; i < std::min(rows.size(), kMostListed); ++i) {
-    names += (i == 0 ? "" : ", ") + table.rows[rows[i]].record.id;
+    names += (i == 0 ? "" : ", ") + table.rows[rows[i]].label;
   }
   return rows.size() <= kMostListed ? names : names + fmt::format(" and {} more", rows.size() - kMostListed);
 }
@@ -41,7 +41,7 @@ std::string grade_note(const Table& table) {
     return std::any_of(table.rows.begin(), table.rows.end(), [&](const Row& row) { return grade_of(row) == grade; });
   };
   if (!has("good") || !has("usable")) return {};
-  return "A grade is about what the tests can see beside the noise of its record: the model of a noisy record may be "
+  return "A verdict is about what the tests can see beside the noise of its record: the model of a noisy record may be "
          "good where that of a clean one, with a smaller error, is usable.";
 }
 
@@ -109,14 +109,14 @@ std::string why_none(const Row& row) {
 
 std::string spread_text(const Table& table, const Resolution& one) {
   const std::string unit = ident::after_number(one.unit);
-  const std::string& furthest = table.rows[one.furthest_row].record.id;
+  const std::string& furthest = table.rows[one.furthest_row].label;
   const std::string in_furthest = one.furthest_row == one.change_row
                                       ? ""
                                       : fmt::format(", and of {:.2g}{} in {}", one.furthest_change, unit, furthest);
   return fmt::format(
       "{}: median {:.4g}{}, furthest from it {:.4g} ({}); a change of {:.2g}{} or more would have been seen in {}, the "
       "most precise record{}",
-      one.parameter, one.median, unit, one.furthest, furthest, one.change, unit, table.rows[one.change_row].record.id,
+      one.parameter, one.median, unit, one.furthest, furthest, one.change, unit, table.rows[one.change_row].label,
       in_furthest);
 }
 

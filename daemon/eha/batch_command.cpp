@@ -159,21 +159,22 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
     if (row.judged) {
       if (rows.size() < kMostRowsShown) {
         batch::RowFigures figures = row.figures;
-        rows.push_back({row.record.id, row.recommended, batch::grade_of(row), std::move(figures.fit_percent),
+        rows.push_back({row.label, row.recommended, batch::grade_of(row), std::move(figures.fit_percent),
                         std::move(figures.error), std::move(figures.form)});
       }
       if (const std::string why = batch::why_none(row); !why.empty()) {
-        without += fmt::format("no model {}: {}\n", row.record.id, why);
+        without += fmt::format("no model {}: {}\n", row.label, why);
       }
       if (!row.outliers.empty())
-        apart += fmt::format("apart    {}: {}\n", row.record.id, outliers_of(row, table.common_model));
+        apart += fmt::format("apart    {}: {}\n", row.label, outliers_of(row, table.common_model));
     } else if (row.reason != "no result yet") {
       ++failed;
       failures += fmt::format("failed   {}: exit code {}: {}\n", row.record.source, row.exit_code, row.reason);
     }
   }
   std::string text = text_table(
-      {{"record"}, {"recommended"}, {"grade"}, {"fit %", Align::right}, {"error", Align::right}, {"in figures"}}, rows);
+      {{"record"}, {"recommended"}, {"verdict"}, {"fit %", Align::right}, {"error", Align::right}, {"in figures"}},
+      rows);
   if (table.judged > rows.size()) text += fmt::format("and {} more, see table.csv\n", table.judged - rows.size());
   text += fmt::format("records  {} judged, {} failed, {} still open\n", table.judged, failed, table.missing);
   if (table.resolutions.empty()) {
@@ -187,11 +188,11 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   for (const batch::Trend& one : table.trends) {
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }
-  if (const std::string note = batch::grade_note(table); !note.empty()) text += "grade    " + wrapped(note, 9) + "\n";
+  if (const std::string note = batch::grade_note(table); !note.empty()) text += "verdict  " + wrapped(note, 9) + "\n";
   text += without;
   for (const batch::NotCompared& one : batch::not_compared(table.rows, table.common_model)) {
     if (!batch::why_none(table.rows[one.row]).empty()) continue;  // said already
-    text += fmt::format("left out {}: {}\n", table.rows[one.row].record.id, one.reason);
+    text += fmt::format("left out {}: {}\n", table.rows[one.row].label, one.reason);
   }
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none of those compared\n";
   text += apart;
@@ -201,6 +202,9 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   if (std::any_of(table.resolutions.begin(), table.resolutions.end(),
                   [](const batch::Resolution& one) { return one.parameter == "dead_band"; })) {
     text += fmt::format("note     {}\n", ident::kDeadBandIs);
+  }
+  if (table.common_model.starts_with("integrator_lag") && !table.resolutions.empty()) {
+    text += "note     a2: the time constant T\n";
   }
   const std::vector<batch::WarningKind> warnings = batch::warning_kinds(table);
   bool has_command = false;

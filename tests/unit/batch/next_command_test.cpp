@@ -128,7 +128,7 @@ TEST_F(NextOfBatch, StandsOnThePageBehindWhatIsToDo) {
 TEST_F(NextOfBatch, LetsALongNameOnThePageBreakSoThatTheReasonsColumnHasRoom) {
   (void)next_of(kAlike);
   const std::string html = page_of(table_of(BatchFolder(path_))).html;
-  EXPECT_NE(html.find("<td class=\"id\" data-label=\"record\">0001</td>"), std::string::npos);
+  EXPECT_NE(html.find("<td class=\"name\" data-label=\"record\">pump 1</td>"), std::string::npos);
   EXPECT_NE(html.find("<td class=\"name\" data-label=\"source\">"), std::string::npos);
   EXPECT_NE(html.find("td.name { overflow-wrap: anywhere;"), std::string::npos);
 }
@@ -149,7 +149,7 @@ TEST_F(NextOfBatch, PageNamesRunsAndFilesAndGivesTheirFoldersOnce) {
   }
   const std::string html = page_of(table_of(folder), "").html;
   EXPECT_NE(html.find(">20261123T101500Z-paper<"), std::string::npos) << html;
-  EXPECT_NE(html.find("0002, gone.csv: "), std::string::npos) << html;
+  EXPECT_NE(html.find("gone, gone.csv: "), std::string::npos) << html;
   for (const std::string& source : sources) {
     const std::size_t at = html.find(source);
     ASSERT_NE(at, std::string::npos) << source;
