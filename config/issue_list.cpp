@@ -11,6 +11,9 @@
 namespace eha::config {
 namespace {
 
+// A file of thousands of faults is no experiment; each key is looked for among them all.
+constexpr std::size_t kMostIssues = 100;
+
 /// Whether `path` is `key` or a key below it.
 bool is_within(std::string_view path, std::string_view key) {
   if (!path.starts_with(key)) return false;
@@ -25,6 +28,7 @@ void IssueList::add(Position position, const std::string& key, std::string_view 
 
 void IssueList::add_text(Position position, const std::string& key, std::string_view text) {
   issues_.push_back({position, key, std::string(text)});
+  if (issues_.size() == kMostIssues) throw_if_any();
 }
 
 bool IssueList::clean(std::string_view key) const {
@@ -41,6 +45,9 @@ void IssueList::throw_if_any() const {
   for (const Issue& issue : sorted) {
     lines.push_back(
         fmt::format("{}:{}:{}: {}: {}", file_name_, issue.position.line, issue.position.column, issue.key, issue.text));
+  }
+  if (issues_.size() == kMostIssues) {
+    lines.push_back(fmt::format("{}: the first {} faults that were found; there may be more", file_name_, kMostIssues));
   }
   throw ConfigError(std::move(lines));
 }

@@ -9,7 +9,8 @@
 
 namespace eha::config {
 
-/// Collects the errors of one configuration file, so that all are reported at once. Not thread-safe.
+/// Collects the errors of one configuration file, so that all are reported at once; the hundredth throws them, as
+/// throw_if_any(). Not thread-safe.
 class IssueList {
  public:
   explicit IssueList(std::string file_name) : file_name_(std::move(file_name)) {}

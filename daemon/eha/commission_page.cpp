@@ -110,8 +110,11 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
   if (record.contains("gain_percent") && record.at("gain_percent").is_number()) {
     const double percent = record.at("gain_percent").get<double>();
     const double wanted = record.at("wanted_percent").get<double>();
-    text += fmt::format("The record knows the gain to +-{:.2g} % ({}, {:.2g} % were wanted). ", percent,
-                        percent <= wanted ? "well enough" : "less well than wanted", wanted);
+    text += fmt::format(
+        "The record knows the gain to +-{:.2g} % ({}, {:.2g} % were wanted): by integrator_lag_valve, fitted while "
+        "the run was played to the repetitions until then, and not by the model below, which is of the "
+        "whole record. ",
+        percent, percent <= wanted ? "well enough" : "less well than wanted", wanted);
   }
   const std::string name = record.value("model", "");
   text += "Model: " + name;

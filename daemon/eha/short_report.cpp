@@ -25,6 +25,7 @@
 #include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_name.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/map_error.hpp"
@@ -159,22 +160,21 @@ std::string reasons_by_model(const std::vector<Model>& models, const std::string
   return text;
 }
 
-/// "null -0.1002 +- 0.0015 V; dead_band 0.1485 +- 0.0021 V", half the 95 % intervals of the map's parameters.
+/// "null -0.1002 +- 0.0015 V; half dead band 0.1485 +- 0.0021 V", half the 95 % intervals of the map's parameters.
 std::string map_text(const Model& model) {
   std::string text;
   for (const ident::ParameterEstimate& p : model.parameters) {
     if (!ident::is_of_map(p.role) || p.fixed) continue;
     if (&p == ident::unfound_dead_band(model)) {
       // A half width beside a value that is greater would say that one is found.
-      text += fmt::format("{}no {} is found ({}{})", text.empty() ? "" : "; ", p.name, ident::interval_text(p),
-                          ident::after_number(ident::unit_of(p, model)));
+      text += fmt::format("{}no {} is found ({}{})", text.empty() ? "" : "; ", ident::shown_name(p.role, p.name),
+                          ident::interval_text(p), ident::after_number(ident::unit_of(p, model)));
       continue;
     }
     const double half_width = 0.5 * (p.upper95 - p.lower95);
     const bool is_known = half_width > 0.0 && std::isfinite(half_width);
-    text += fmt::format("{}{} {}{}", text.empty() ? "" : "; ", p.name,
-                        is_known ? fmt::format("{} {} {:.2g}", ident::rounded_to(p.value, half_width),
-                                               ident::half_width_sign(model, "+-"), half_width)
+    text += fmt::format("{}{} {}{}", text.empty() ? "" : "; ", ident::shown_name(p.role, p.name),
+                        is_known ? ident::with_half_width(p.value, half_width, ident::half_width_sign(model, "+-"))
                                  : fmt::format("{:.4g} (the record gives no interval)", p.value),
                         ident::after_number(ident::unit_of(p, model)));
   }

@@ -32,6 +32,7 @@
 #include "daemon/record/resolved_path.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/sha256.hpp"
+#include "daemon/tune/controller_answer.hpp"
 #include "daemon/tune/controller_page.hpp"
 #include "daemon/tune/expected_trip.hpp"
 #include "daemon/tune/kind_table.hpp"
@@ -260,6 +261,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
                       {"kinds", kinds},
                       {"remarks", tuned.remarks}});
   std::string text =
+      tune::headline(subject) + "\n" +
       fmt::format("{}: {} controller for {} ({}), to {}, tick {:g} s; tried on {} drawn rigs ({})\n",
                   command.output.string(), ident::text(controller.settings.kind), rig.name, rig_file.string(),
                   controller.purpose, controller.settings.tick_s, p.twins, inputs.twin);
@@ -280,10 +282,12 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   text += fmt::format(
       "\nReport: {}\n"
       "Step as a picture: eha plot {} -o step.png\n"
-      "Table: eha export {} --format csv -o {}\n"
-      "PLC, C, MATLAB: eha export {} --format st -o {} (or c, simulink)\n",
-      page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"), file,
-      shell_word(command.output.stem().string() + "_control.st"));
+      "Table: eha export {} --format csv -o {}\n",
+      page_file.string(), file, file, shell_word(command.output.stem().string() + ".csv"));
+  if (!leak_of(command, model)) {  // else the repair comes first
+    text += fmt::format("PLC, C, MATLAB: eha export {} --format st -o {} (or c, simulink)\n", file,
+                        shell_word(command.output.stem().string() + "_control.st"));
+  }
   console.print(text);
   for (const std::string& step :
        next_steps(command, model, rig, controller, console.rig(), trip, valve_first, !changed.empty(), page_file))

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <regex>
+#include <string>
 #include <vector>
 
 #include "config/prepared_experiment.hpp"
@@ -22,15 +22,30 @@ namespace {
 constexpr int kMostRepetitions = 16;
 constexpr int kMostForLength = 200;  ///< where the record is too short to judge
 
+/// Where the value of a top-level key begins, at the start of a line; npos without one.
+std::size_t value_of(const std::string& top, const std::string& key) {
+  for (std::size_t line = 0; line < top.size();) {
+    std::size_t at = line + key.size();
+    if (top.compare(line, key.size(), key) == 0) {
+      at = top.find_first_not_of(" \t", at);
+      if (at != std::string::npos && top[at] == '=') return std::min(top.find_first_not_of(" \t", at + 1), top.size());
+    }
+    line = top.find('\n', line);
+    if (line != std::string::npos) ++line;
+  }
+  return std::string::npos;
+}
+
 /// Sets a top-level key in the text. @param after  the key after which a missing one is inserted
-std::string with_number(const std::string& text, const std::string& key, int value, const std::string& after) {
-  const std::size_t tables = text.find("\n[");
-  const std::string top = text.substr(0, tables);
-  const std::string rest = tables == std::string::npos ? std::string() : text.substr(tables);
-  const std::regex line(fmt::format("(^|\n)({}[ \t]*=[ \t]*)[0-9]+", key));
-  if (std::regex_search(top, line)) return std::regex_replace(top, line, fmt::format("$1$02{}", value)) + rest;
-  const std::regex before(fmt::format("(^|\n)({}[ \t]*=[^\n]*)", after));
-  return std::regex_replace(top, before, fmt::format("$1$2\n{} = {}", key, value)) + rest;
+std::string with_number(std::string text, const std::string& key, int value, const std::string& after) {
+  const std::string top = text.substr(0, text.find("\n["));
+  if (const std::size_t at = value_of(top, key); at != std::string::npos) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789", at), text.size());
+    return text.replace(at, end - at, std::to_string(value));
+  }
+  const std::size_t before = value_of(top, after);
+  if (before == std::string::npos) return text;
+  return text.insert(std::min(text.find('\n', before), text.size()), fmt::format("\n{} = {}", key, value));
 }
 
 /// The rig of a run; none for a file.

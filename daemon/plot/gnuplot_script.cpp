@@ -26,7 +26,7 @@ struct Style {
   double width;
   int point;
 };
-constexpr std::array<Style, 7> kStyles{{{"#9a9a9a", "solid", 3.5, 6},
+constexpr std::array<Style, 7> kStyles{{{"#a8a8a8", "solid", 5.0, 6},
                                         {"#000000", "solid", 1.4, 2},
                                         {"#0060a8", "(9,4)", 2.0, 4},
                                         {"#b03000", "(2,3)", 2.0, 8},

@@ -95,7 +95,8 @@ void PrecisionWatch::conclude(const std::string& message) {
   const std::string after =
       fmt::format("after {} repetition{}", fitted_repetitions_, fitted_repetitions_ == 1 ? "" : "s");
   if (std::isfinite(percent)) {
-    say_(fmt::format("{} the gain is known to +-{:.2g} %, {:.2g} % are wanted", after, percent, wanted_percent_));
+    say_(fmt::format("{} the gain is known to +-{:.2g} %, by {}_valve fitted to them; {:.2g} % are wanted", after,
+                     percent, kModel, wanted_percent_));
   } else {
     say_(fmt::format("{} the gain is not known yet{}", after, message.empty() ? "" : ": " + message));
   }

@@ -11,6 +11,7 @@
 
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/difference_text.hpp"
+#include "ident/model/parameter_name.hpp"
 #include "ident/model/parameter_text.hpp"
 
 namespace eha::report {
@@ -67,8 +68,7 @@ std::string changes_text(const ComparedSubject& first, const ComparedSubject& su
     if (texts.size() == kMostNamed) break;
     const ident::DifferenceText text = ident::difference_text(p->after - p->before, p->half_width);
     const std::string unit = ident::after_number(ident::unit_of(*p, subject.model));
-    texts.push_back(fmt::format("{} {} to {}{} ({}{} +- {}{})",
-                                p->role == ident::ParameterRole::dead_band ? "half dead band" : p->name,
+    texts.push_back(fmt::format("{} {} to {}{} ({}{} +- {}{})", ident::shown_name(p->role, p->name),
                                 ident::value_text(p->name, p->before, first.model, text.resolution),
                                 ident::value_text(p->name, p->after, subject.model, text.resolution), unit,
                                 p->after > p->before ? "+" : "", text.difference, text.half_width, unit));

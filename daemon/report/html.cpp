@@ -169,8 +169,8 @@ std::string equation(const Model& model) {
   const std::string input_unit = escaped(model.input_unit);
   if (model.input_map) {
     html += fmt::format(
-        "<br>behind a valve: null {} {}, half dead band {} {}, gain of negative over positive commands {} (±: half a "
-        "95 % interval{})",
+        "<br>behind a valve: null {} {}, half dead band {} {}, negative gain ratio {} (±: half a 95 % "
+        "interval{})",
         estimate_or(model, ident::ParameterRole::valve_null, model.input_map->null), input_unit,
         estimate_or(model, ident::ParameterRole::dead_band, model.input_map->dead_band), input_unit,
         estimate_or(model, ident::ParameterRole::negative_gain_ratio, model.input_map->negative_gain_ratio),

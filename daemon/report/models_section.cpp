@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <string_view>
 
 #include "core/capitalised.hpp"
@@ -34,7 +35,7 @@ std::string unit_of(const ident::Criterion& criterion, const Model& model) {
     case ident::CriterionUnit::percent:
       return "%";
     case ident::CriterionUnit::radian:
-      return "rad";
+      return "deg";  // as the section on stability has it
     case ident::CriterionUnit::output:
       return model.output_unit;
     case ident::CriterionUnit::none:
@@ -77,6 +78,7 @@ std::string criterion_value(const ident::Criterion& criterion, double value) {
   if (name_of(criterion).ends_with("_p")) {
     return value < kLeastProbability ? "< 0.0001" : fmt::format("{:.2g}", value);
   }
+  if (traits_of(criterion.kind).unit == ident::CriterionUnit::radian) value *= 180.0 / std::numbers::pi;
   return fmt::format("{:.4g}", value);
 }
 
@@ -112,7 +114,7 @@ Section models_section(const Subject& subject) {
   const std::string unit = subject.models.front().model.output_unit;
   Item overview{.heading = ""};
   overview.html = table({{"model"},
-                         {"grade"},
+                         {"verdict"},
                          {"fit %", Column::number},
                          {"R2 %", Column::number},
                          {"largest error [" + unit + "]", Column::number},

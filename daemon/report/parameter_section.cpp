@@ -8,6 +8,7 @@
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 #include "ident/model/engineering_form.hpp"
+#include "ident/model/parameter_name.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -47,7 +48,7 @@ plot::Figure interval_figure(const Model& model, const std::vector<const Paramet
     bars.lower.push_back(std::max(drawn(lower, -1e3), -1e3));
     bars.upper.push_back(std::min(drawn(upper, 1e3), 1e3));
     reach = std::max({reach, 100.0 - bars.lower.back(), bars.upper.back() - 100.0});
-    panel.x_ticks.push_back({.at = x, .text = parameter->name});
+    panel.x_ticks.push_back({.at = x, .text = ident::shown_name(parameter->role, parameter->name)});
   }
   panel.x_range = std::pair(0.5, static_cast<double>(parameters.size()) + 0.5);
   reach = 1.1 * std::min(reach, kMostShown_percent);
@@ -107,14 +108,15 @@ std::string parameter_table(const Model& model) {
   std::vector<std::vector<std::string>> rows;
   for (const ParameterEstimate& parameter : model.parameters) {
     const std::string unit = ident::unit_of(parameter, model);
+    const std::string name = ident::shown_name(parameter.role, parameter.name);
     const double std = parameter.std;
     if (parameter.fixed) {
-      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "held", "", ""});
+      rows.push_back({name, fmt::format("{:.6g}", parameter.value), unit, "held", "", ""});
     } else if (std > 0.0) {
-      rows.push_back({parameter.name, justified(parameter.value, std), unit, justified(std, std),
+      rows.push_back({name, justified(parameter.value, std), unit, justified(std, std),
                       justified(parameter.lower95, std), justified(parameter.upper95, std)});
     } else {
-      rows.push_back({parameter.name, fmt::format("{:.6g}", parameter.value), unit, "not known", "", ""});
+      rows.push_back({name, fmt::format("{:.6g}", parameter.value), unit, "not known", "", ""});
     }
   }
   const bool is_least = model.verdict && may_miss_a_part(*model.verdict);
@@ -130,6 +132,20 @@ std::string parameter_table(const Model& model) {
                    : std::string());
 }
 
+/// Where the equation has the parameters, and their names in files.
+std::string names_paragraph(const Model& model) {
+  const auto& below = model.transfer_function.denominator;
+  const auto has = [&](double order) {
+    return std::any_of(below.begin(), below.end(), [&](const ident::Term& term) {
+      return std::abs(term.order - order) < 1e-9 && std::abs(term.coefficient) > 0.0;
+    });
+  };
+  std::string text;
+  if (below.size() <= 3 && has(2.0) && has(1.0) && !has(0.0)) text = "T of the equation is a2. ";
+  if (model.input_map) text += "The half dead band goes from the null to an edge; in files it is dead_band.";
+  return text.empty() ? std::string() : paragraph(text);
+}
+
 }  // namespace
 
 Section parameter_section(const Subject& subject) {
@@ -139,7 +155,7 @@ Section parameter_section(const Subject& subject) {
     if (section.items.size() == kMostTables || model.parameters.empty()) break;
     Item item{.heading = "Parameters of " + model.name};
     item.html = parameter_table(model);
-    if (model.input_map) item.html += paragraph(std::string(ident::kDeadBandIs) + ".");
+    item.html += names_paragraph(model);
     std::vector<const ParameterEstimate*> estimated;
     for (const ParameterEstimate& parameter : model.parameters) {
       if (is_estimated(parameter)) estimated.push_back(&parameter);

@@ -30,7 +30,7 @@ std::string subtitle(const Subject& subject) {
   const auto text = [](const nlohmann::ordered_json& json) {
     return json.is_string() ? json.get<std::string>() : std::string("unknown");
   };
-  return fmt::format("<p class=\"subtitle\">{} on {}, {}, outcome: {}</p>\n",
+  return fmt::format("<p class=\"subtitle\">The experiment {} on {}, started {}; outcome: {}</p>\n",
                      escaped(text(subject.part("experiment", "name"))), escaped(text(subject.part("rig", "name"))),
                      escaped(utc_text(text(subject.part("utc_start")))), escaped(text(subject.part("outcome"))));
 }

@@ -27,8 +27,8 @@ Remark remark_on_residual(const Subject& subject, const ident::Model& model) {
       outside99(validation.ccf, 0), validation.ccf.lags.size() / 2 + 1);
   if (validation.tests) {
     remark.seen += fmt::format(
-        " Joint tests: p = {:.2g} for the input, p = {:.2g} for what an autoregressive model of "
-        "order {} leaves of the residual.",
+        " Joint tests: p = {:.2g} for the input, p = {:.2g} for what an autoregression of these "
+        "rows alone, of order {}, leaves of the residual.",
         validation.tests->input.p, validation.tests->whiteness.p, validation.tests->ar_order);
   }
   if (model.verdict) {

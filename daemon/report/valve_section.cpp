@@ -10,6 +10,7 @@
 #include "daemon/report/figures.hpp"
 #include "daemon/report/section.hpp"
 #include "daemon/report/sheet_comparison.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/signal/valve_map.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
@@ -27,6 +28,14 @@ bool has_dead_band(const ident::Model& model) {
   return model.input_map->dead_band > 0.0;
 }
 
+/// A value with the decimals that the interval of a parameter justifies, as the table of parameters has that one.
+std::string rounded_as(const ident::Model& model, ident::ParameterRole role, double value) {
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    if (p.role == role) return ident::rounded_to(value, ident::half_width95(p));
+  }
+  return ident::rounded_to(value, 0.0);
+}
+
 Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   if (!has_dead_band(model)) {
     return {.seen = "The record shows no dead band: its interval holds 0.",
@@ -38,11 +47,13 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   const double low = map.null - map.dead_band;
   const double high = map.null + map.dead_band;
   const std::string& unit = model.input_unit;
+  using Role = ident::ParameterRole;
+  const auto rounded = [&](double value, Role role) { return rounded_as(model, role, value); };
   Remark remark;
-  remark.seen = fmt::format(
-      "The valve passes nothing from {:.3g} to {:.3g} {}; below, it passes {:.3g} times as much per {} "
-      "as above.",
-      low, high, unit, map.negative_gain_ratio, unit);
+  remark.seen =
+      fmt::format("The valve passes nothing from {} to {} {}; below, it passes {} times as much per {} as above.",
+                  rounded(low, Role::dead_band), rounded(high, Role::dead_band), unit,
+                  rounded(map.negative_gain_ratio, Role::negative_gain_ratio), unit);
   double rarer_percent = 100.0;
   if (!input.empty()) {
     const auto share = [&](auto test) {
@@ -67,8 +78,8 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
         "option --sheet.";
   } else {
     remark.to_do =
-        fmt::format("A controller can compensate it: add {:.3g} {} to a positive and {:.3g} {} to a negative command.",
-                    high, unit, low, unit);
+        fmt::format("A controller can compensate it: add {} {} to a positive and {} {} to a negative command.",
+                    rounded(high, Role::dead_band), unit, rounded(low, Role::dead_band), unit);
   }
   if (!shift && model.verdict && may_miss_a_part(*model.verdict)) {
     remark.to_do +=

@@ -14,6 +14,7 @@
 #include "core/shell_word.hpp"
 #include "core/time_text.hpp"
 #include "daemon/record/manifest.hpp"
+#include "daemon/report/figures.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/next_text.hpp"
 #include "daemon/report/section.hpp"
@@ -100,6 +101,12 @@ double greatest_speed(const std::vector<double>& time_s, const std::vector<doubl
   return greatest;
 }
 
+/// ", in the rows of the fit, one every 40 ms": between them a peak may be higher.
+std::string rows_of(const identify::FitTable& fit) {
+  if (fit.time_s.size() < 2) return {};
+  return fmt::format(", in the rows of the fit, one every {:.4g} ms", 1e3 * (fit.time_s[1] - fit.time_s[0]));
+}
+
 /// The amplitudes that were recorded, within which a model is known to hold; empty without the rows of the fit.
 std::string recorded_sentence(const Subject& subject) {
   const identify::FitTable& fit = subject.fit;
@@ -109,9 +116,9 @@ std::string recorded_sentence(const Subject& subject) {
     return fmt::format("{:.3g} to {:.3g}{}", *least, *greatest, ident::after_number(unit));
   };
   const std::string& unit = fit.output.unit;
-  return fmt::format(" Recorded: {}, {}, up to {:.2g}{}.", range(fit.applied, fit.input.unit),
-                     range(fit.measured, unit), greatest_speed(fit.time_s, fit.measured),
-                     unit.empty() ? " per s" : " " + unit + "/s");
+  return fmt::format("{}, {}, up to {:.2g}{}{}.", range(fit.applied, fit.input.unit), range(fit.measured, unit),
+                     greatest_speed(fit.time_s, fit.measured), unit.empty() ? " per s" : " " + unit + "/s",
+                     rows_of(fit));
 }
 
 std::string band_sentence(const ReportedModel& reported) {
@@ -143,19 +150,9 @@ std::string predicted_sentence(const Model& model) {
       lower, upper);
 }
 
-/// Gain, time constants and map in figures; of a fractional order the equation.
-std::string in_figures(const Model& model) {
-  const std::string form = ident::engineering_form(model, ident::half_width_sign(model, "±"));
-  if (form.empty()) return equation(model);
-  std::string text = form;
-  if (model.input_map) {
-    const std::string unit = ident::after_number(model.input_unit);
-    text += fmt::format("; behind a valve with null {:.3f}{}", model.input_map->null, unit);
-    if (ident::unfound_dead_band(model) == nullptr) {
-      text += fmt::format(" and half dead band {:.3f}{}", model.input_map->dead_band, unit);
-    }
-  }
-  return paragraph(text + ".");
+/// A sentence, or several, behind the word that says what they are of.
+std::string labelled(const char* what, const std::string& sentences) {
+  return fmt::format("<p><strong>{}.</strong> {}</p>\n", what, with_code(sentences));
 }
 
 /// HTML that is closed until its heading is clicked.
@@ -163,7 +160,7 @@ std::string folded(const char* heading, const std::string& html) {
   return fmt::format("<details>\n<summary>{}</summary>\n{}</details>\n", escaped(heading), html);
 }
 
-/// What an accepted model is and is good for, then folded how that is known.
+/// What an accepted model is, how far to trust it and what to do next, then folded how that is known.
 std::string of_accepted(const Subject& subject, const ReportedModel& reported, const std::string& reason) {
   const Model& model = reported.model;
   const std::optional<SheetComparison> sheet = model.input_map ? compare_with_sheet(subject, model) : std::nullopt;
@@ -172,9 +169,13 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   if (subject.leak && model.input_map) {
     html += "<p><strong>" + with_code(leak_finding(*subject.leak, subject.unit)) + "</strong></p>\n";
   }
-  html += paragraph(error_sentence(model) + " " + band_sentence(reported) + predicted_sentence(model) +
-                    recorded_sentence(subject)) +
-          in_figures(model);
+  if (!subject.fit.time_s.empty()) {
+    html += paragraph(fmt::format("From {} to {}:", axis_label(subject.fit.input), axis_label(subject.fit.output)));
+  }
+  html += equation(model) + labelled("Error", error_sentence(model) + predicted_sentence(model)) +
+          labelled("Band", band_sentence(reported));
+  if (const std::string recorded = recorded_sentence(subject); !recorded.empty())
+    html += labelled("Recorded", recorded);
   // As the terminal has it. A leak, which is said above, moves them too.
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty() && !subject.leak) {
     html += "<p><strong>" + with_code(capitalised(note)) + ".</strong></p>\n";
@@ -183,7 +184,7 @@ std::string of_accepted(const Subject& subject, const ReportedModel& reported, c
   std::string why = list(model.verdict->reasons);
   if (const std::string sight = sight_of(model, *model.verdict); !sight.empty()) why += paragraph(sight);
   if (const std::string scores = scores_sentence(model); !scores.empty()) why += paragraph(scores);
-  return html + folded("How that is known, with figures, and what to do", why + reason + equation(model));
+  return html + folded("How that is known, with figures, and what to do", why + reason);
 }
 
 /// What a rejected model is.

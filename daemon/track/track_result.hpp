@@ -96,6 +96,9 @@ struct TrackResult {
 /// sheet shows one, else what to measure. Commands are named in short.
 [[nodiscard]] std::string advice_of(const TrackResult& result, const DisplayUnit& unit);
 
+/// Whether the controller may go to a PLC after this trial: the rig does not leak, and nothing comes first.
+[[nodiscard]] bool goes_to_plc(const TrackResult& result, const DisplayUnit& unit);
+
 /// "yes", "no" or "hidden by noise".
 [[nodiscard]] std::string kept_text(const KeptFigure& figure);
 /// "5 of 7 figures are kept, 2 are hidden by the sensor's noise".

@@ -73,34 +73,41 @@ std::string beside_limit(const MeasuredFigure& figure, const DisplayUnit& unit) 
                      figure.is_least ? "least" : "most", config::bound_text(factor * figure.limit, !figure.is_least));
 }
 
-/// What the headline says of the errors: as measured on the rig, else as promised.
+/// What the headline says: the errors as measured on the rig, else as the trials reached them; then what is promised.
 std::string errors_text(const ControllerSubject& subject) {
   const double factor = subject.unit.factor("in");
   const std::string in = subject.unit.of("in");
   const config::ControllerPromise& p = subject.controller.promise;
   if (!subject.measured) {
-    return fmt::format("error within {} {} while it moves, {} {} at rest", at_most(factor * p.following_worst_in.upper),
-                       in, at_most(factor * p.rest_error_in.upper), in);
+    return fmt::format(
+        "error within {:.3g} {} while it moves, {:.3g} {} at rest, in the median of {} simulated trials; promised: {} "
+        "and "
+        "{}",
+        factor * p.following_worst_in.value, in, factor * p.rest_error_in.value, in, p.twins,
+        at_most(factor * p.following_worst_in.upper), at_most(factor * p.rest_error_in.upper));
   }
-  // What noise hides is neither kept nor broken.
-  const auto& figures = subject.measured->figures;
-  const auto kept =
-      std::count_if(figures.begin(), figures.end(), [](const MeasuredFigure& figure) { return figure.kept == "yes"; });
-  const auto all = static_cast<std::ptrdiff_t>(figures.size());
-  std::string text = kept == all ? std::string("promise kept")
-                                 : fmt::format("{} of {} figures kept, {} hidden by noise", kept, all, all - kept);
+  std::string text;
   const auto add = [&](std::string_view name, std::string_view when) {
     for (const MeasuredFigure& figure : subject.measured->figures) {
       if (figure.name == name)
-        text += fmt::format(", {} {:.3g} {}", when, subject.unit.factor(figure.unit) * figure.value, in);
+        text += fmt::format("{} {:.3g} {}, ", when, subject.unit.factor(figure.unit) * figure.value, in);
     }
   };
   // With a step the trial has parts, of which the trapezoids have this figure.
-  const bool has_parts =
-      std::any_of(figures.begin(), figures.end(), [](const auto& f) { return f.name == kOvershoot; });
+  const bool has_parts = std::any_of(subject.measured->figures.begin(), subject.measured->figures.end(),
+                                     [](const auto& f) { return f.name == kOvershoot; });
   add("following error, worst", has_parts ? "greatest error in the trapezoids" : "greatest measured error");
   add("error at rest, worst", "error at rest");
-  return text;
+  // What noise hides is neither kept nor broken.
+  const auto& figures = subject.measured->figures;
+  const auto count = [&](std::string_view kept) {
+    return std::count_if(figures.begin(), figures.end(), [&](const MeasuredFigure& f) { return f.kept == kept; });
+  };
+  const auto kept = count("yes");
+  const auto all = static_cast<std::ptrdiff_t>(figures.size());
+  if (count("no") > 0) return text + "the promise is not kept";
+  return text + (kept == all ? std::string("promise kept")
+                             : fmt::format("{} of {} figures kept, {} hidden by noise", kept, all, all - kept));
 }
 
 std::string upper_case(std::string text) {
@@ -108,7 +115,16 @@ std::string upper_case(std::string text) {
   return text;
 }
 
+std::string named(const config::ControllerConfig& c) {
+  return fmt::format("{} controller \"{}\"", upper_case(std::string(ident::text(c.settings.kind))), c.name);
+}
+
 }  // namespace
+
+std::string headline(const ControllerSubject& subject) {
+  const bool leaks = subject.measured && subject.measured->leaks;
+  return fmt::format("{}: {}{}", named(subject.controller), leaks ? "the rig leaks; " : "", errors_text(subject));
+}
 
 std::string answer_box(const ControllerSubject& subject) {
   const config::ControllerConfig& c = subject.controller;
@@ -145,8 +161,7 @@ std::string answer_box(const ControllerSubject& subject) {
     promise += report::paragraph("What limits it, and what the promise rests on:") + report::list(limits);
   }
   const bool leaks = subject.measured && subject.measured->leaks;
-  const std::string name =
-      fmt::format("{} controller \"{}\"", upper_case(std::string(ident::text(c.settings.kind))), c.name);
+  const std::string name = named(c);
   std::vector<std::string> shows;
   if (subject.measured) {
     for (const std::string& change : subject.measured->changes)
@@ -157,7 +172,7 @@ std::string answer_box(const ControllerSubject& subject) {
     return fmt::format(
         "<section class=\"verdict none\"><h2>{}</h2>\n{}{}<details>\n<summary>What was promised</summary>\n{}"
         "</details>\n</section>\n",
-        report::escaped(fmt::format("{}: {}the promise is not kept", name, leaks ? "the rig leaks, and " : "")),
+        report::escaped(headline(subject)),
         report::paragraph(
             fmt::format("The rig did not keep: {}; the table below has what was measured.", fmt::join(not_kept, ", "))),
         report::list(shows), promise);
@@ -186,9 +201,8 @@ std::string answer_box(const ControllerSubject& subject) {
     next = leaks ? fmt::format("{}.", ident::kRepairFirst) : to_plc;
   }
   promise += report::paragraph("Next: " + next);
-  return fmt::format(
-      "<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n",
-      report::escaped(fmt::format("{}: {}{}", name, leaks ? "the rig leaks; " : "", errors_text(subject))), promise);
+  return fmt::format("<section class=\"verdict some\"><h2>{}</h2>\n{}</section>\n", report::escaped(headline(subject)),
+                     promise);
 }
 
 }  // namespace eha::tune

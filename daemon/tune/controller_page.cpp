@@ -48,6 +48,11 @@ report::Item motion(const ControllerSubject& subject) {
   item.remark.seen = fmt::format("The error in trapezoids is promised within {} {} RMS, {} {} at worst.",
                                  config::upper_bound_text(factor * p.following_rms_in.upper), subject.unit.of("in"),
                                  config::upper_bound_text(factor * p.following_worst_in.upper), subject.unit.of("in"));
+  if (!(subject.controller.settings.feedback.ki > 0.0)) {
+    item.remark.seen +=
+        " In the hold the rod stands off the reference: without an integral that is where gain times "
+        "offset makes up for what null, dead band and friction differ from the numbers used.";
+  }
   item.remark.good = "The error is small while the rod moves and at rest, and the command does not swing at rest.";
   item.remark.to_do = "Compare the rig's own run with this; a larger error says that valve or load have changed.";
   return item;

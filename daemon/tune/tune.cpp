@@ -132,17 +132,55 @@ std::string remark_on_load(const Tuned& tuned, const DisplayUnit& unit) {
                      ident::text(best->kind), factor * best->following_rms_in, in, factor * own->following_rms_in);
 }
 
+/// What limits the gain: the trials where a share of the allowed gain serves better, else noise or margin, whichever
+/// binds; neither where the least error after a load lies within both.
+std::string remark_on_gain(const Tuned& tuned, const TuneTask& task) {
+  constexpr double kBinds = 0.97;  // of a limit
+  const ident::AxisDesign& d = tuned.design;
+  if (tuned.share < 1.0) {
+    const bool hunts = std::any_of(tuned.candidates.begin(), tuned.candidates.end(), [&](const Candidate& c) {
+      return c.kind == d.settings.kind && c.share > tuned.share && c.hunts;
+    });
+    return fmt::format(
+        "The trials limit the gain, not the margin: with more than {:.0f} % of the gain that the margin allows {} on "
+        "drawn rigs. Less friction, a quieter sensor or a null and dead band known better would allow more.",
+        100.0 * tuned.share, hunts ? "the rod hunts" : "the error is greater");
+  }
+  if (d.noise_binds) {
+    return "The sensor's noise on the command limits the gain, before the margin: a quieter sensor or a faster valve "
+           "slew would allow more.";
+  }
+  if (d.margins.peak95 > kBinds * task.axis.sensitivity) {
+    return "The margin limits the gain: less lag of the valve, a shorter tick or a less uncertain model would allow "
+           "more.";
+  }
+  return fmt::format(
+      "Neither margin nor noise limits the gain (max(Ms, Mt) is {:.3g}, allowed {:.3g}): it is that of the least error "
+      "after a sudden load.",
+      d.margins.peak95, task.axis.sensitivity);
+}
+
+/// Why the rod stands off the reference at rest.
+std::string remark_on_rest(const Tuned& tuned, const TuneTask& task) {
+  const ident::Feedback& feedback = tuned.design.settings.feedback;
+  if (feedback.ki > 0.0 || !(feedback.kp > 0.0)) return {};
+  const double gain = tuned.design.settings.inverse.gain_positive;
+  const double offset = tuned.promise.rest_error_in.value;
+  return fmt::format(
+      "In the hold the rod stands off the reference, by {:.2g} {} in the middle of the trials: without an integral an "
+      "error of the valve's null or dead band, or friction, is only answered by gain times this offset, here {:.2g} V. "
+      "A valve sheet (--sheet) or --kind pi makes it smaller.",
+      task.unit.factor("in") * offset, task.unit.of("in"), offset * feedback.kp / gain);
+}
+
 void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
   const ident::AxisDesign& d = tuned.design;
   auto& lines = tuned.remarks;
   const std::string in = task.unit.of("in");
   const double factor = task.unit.factor("in");
   if (std::string load = remark_on_load(tuned, task.unit); !load.empty()) lines.push_back(std::move(load));
-  lines.push_back(d.noise_binds
-                      ? "The sensor's noise on the command limits the gain, before the margin: a quieter sensor or a "
-                        "faster valve slew would allow more."
-                      : "The margin limits the gain: less lag of the valve, a shorter tick or a less uncertain model "
-                        "would allow more.");
+  if (std::string rest = remark_on_rest(tuned, task); !rest.empty()) lines.push_back(std::move(rest));
+  lines.push_back(remark_on_gain(tuned, task));
   if (!task.kind) {
     for (const FeedbackKind kind : kinds_of(task, plant)) {
       if (std::none_of(tuned.candidates.begin(), tuned.candidates.end(),

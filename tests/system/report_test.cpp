@@ -71,7 +71,7 @@ TEST_F(Reports, SayWhichModelToUseOrWhyNone) {
 TEST_F(Reports, SayWhenAndByWhichVersionTheyWereWrittenAndWhatWasRecorded) {
   const std::string page = content_of(paper_ / "report.html");
   EXPECT_NE(page.find(" UTC by eha "), std::string::npos);
-  EXPECT_NE(page.find(" Recorded: "), std::string::npos);
+  EXPECT_NE(page.find("<strong>Recorded.</strong> "), std::string::npos);
   EXPECT_NE(page.find("record_rows"), std::string::npos);
   EXPECT_EQ(page.find("transforms"), std::string::npos);
 }

@@ -374,5 +374,15 @@ TEST(ExperimentConfig, NeedsAnExcitationButNoModel) {
                                       "e.toml:5:14: excitation: expected a table, got 3"}));
 }
 
+/// The cost of a fault grows with those before it, and whoever may queue experiments may send such a file.
+TEST(ExperimentFile, ListsTheFirstHundredOfThousandsOfFaults) {
+  std::string tones;
+  for (int k = 0; k < 20'000; ++k) tones += "{a=1},";
+  const std::vector<std::string> faults = faults_of(
+      "schema = 1\nname = \"t\"\nduration_s = 1.0\n[excitation]\nkind = \"multisine\"\ntones = [" + tones + "]\n");
+  EXPECT_EQ(faults.size(), 101U);
+  EXPECT_EQ(faults.back(), "e.toml: the first 100 faults that were found; there may be more");
+}
+
 }  // namespace
 }  // namespace eha::config

@@ -77,6 +77,15 @@ TEST(LongerExperiment, DoublesTheRepetitionsAndKeepsTheRest) {
   EXPECT_NE(six->text.find("\nrepetitions = 6  # times\n"), std::string::npos) << six->text;
 }
 
+TEST(LongerExperiment, TakesALineOfAnyLength) {
+  const std::string comment = " # " + std::string(100'000, 'x');
+  std::string text = kExperiment;
+  text.replace(text.find("duration_s = 12.0"), 17, "duration_s = 12.0" + comment);
+  const auto next = longer_experiment(source_with(text));
+  ASSERT_TRUE(next);
+  EXPECT_NE(next->text.find(comment + "\nrepetitions = 2\n"), std::string::npos);
+}
+
 TEST(LongerExperiment, IsNotOfferedAfterATripWhichItWouldRepeat) {
   Source source = source_with(kExperiment);
   const IdentificationTask task = task_with_one_pole(source);

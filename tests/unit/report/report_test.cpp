@@ -448,7 +448,7 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
 }
 
-TEST(Page, SaysWhatAModelIsGoodForBeforeItsEquationAndWhatToDoNext) {
+TEST(Page, BeginsWithTheEquationThenSaysHowFarToTrustItAndWhatToDoNext) {
   Subject subject = subject_of("run", ident::Grade::usable);
   subject.has_recommendation = true;
   subject.models[0].model.output_unit = "in";
@@ -461,7 +461,7 @@ TEST(Page, SaysWhatAModelIsGoodForBeforeItsEquationAndWhatToDoNext) {
   const std::size_t next = html.find("Next: ");
   EXPECT_LT(error, grade);
   EXPECT_LT(grade, next);
-  EXPECT_LT(next, html.find("class=\"equation\""));
+  EXPECT_LT(html.find("class=\"equation\""), error);
   EXPECT_NE(html.find("eha export models/io.json --format octave"), std::string::npos);
   EXPECT_EQ(html.find("eha tune"), std::string::npos) << "of model files";
 }
@@ -499,7 +499,7 @@ TEST(Page, FoldsWhatIsLookedUpBehindWhatAReaderNeedsFirst) {
   const std::size_t box_fold = html.find("<details");
   EXPECT_LT(html.find("Recommended model: io"), box_fold);
   EXPECT_LT(html.find("Next: "), box_fold);
-  EXPECT_GT(html.find("class=\"equation\""), box_fold) << "the figures come before";
+  EXPECT_LT(html.find("class=\"equation\""), box_fold);
   const std::size_t first_fold = html.find("<details", box_fold + 1);
   ASSERT_NE(first_fold, std::string::npos);
   EXPECT_EQ(html.find("<details class=\"section\" open"), std::string::npos);

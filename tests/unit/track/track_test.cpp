@@ -262,6 +262,7 @@ TEST_F(Track, NamesTheLeakOfTheSheetAndDoesNotLeadRoundInACircle) {
              "gain_negative_in_per_V_s": {"value": 0.122}})";
   result = track_result(record::OpenRun(run.folder));
   ASSERT_TRUE(result.leak);
+  EXPECT_FALSE(goes_to_plc(result, DisplayUnit("in")));
   const std::string text = track_text(result, DisplayUnit("in"));
   EXPECT_NE(text.find("repair the leak first"), std::string::npos) << text;
   EXPECT_EQ(text.find(": `eha characterise`"), std::string::npos) << text;

@@ -66,6 +66,10 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   c.promise.phase_margin_deg = {80.0, 69.0, 80.0};
   c.promise.remarks = "The margin limits the gain.\nThe promise is of a simulated rig.";
   std::string html = answer_box(subject);
+  EXPECT_NE(
+      html.find(": error within 0.001 in while it moves, 0 in at rest, in the median of 50 simulated trials; promised"),
+      std::string::npos)
+      << html;
   EXPECT_EQ(html.rfind("<section class=\"verdict some\"><h2>P controller", 0), 0U) << html;
   for (const char* told :
        {"within 0.0026 in of the reference", "overshoots by at most 0.0012 in", "phase 80 degrees and at least 69",
@@ -82,7 +86,7 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   EXPECT_NE(html.find("The rig did not keep: following error, worst (0.1 in, promised at most 0.0026);"),
             std::string::npos)
       << html;
-  EXPECT_NE(html.find("<h2>P controller &quot;axis&quot;: the promise is not kept</h2>"), std::string::npos) << html;
+  EXPECT_NE(html.find("the promise is not kept</h2>"), std::string::npos) << html;
   EXPECT_GT(html.find("trials on 50 drawn rigs"), html.find("<details>")) << "what was promised is no answer";
   EXPECT_LT(html.find("half dead band 0.22 V instead of 0.15 V"), html.find("<code>eha characterise</code>")) << html;
   subject.measured->figures.front().kept = "yes";
@@ -92,18 +96,18 @@ TEST(ControllerPage, BeginsWithWhatTheControllerAchievesAndWhatToDoNext) {
   subject.measured->advice.clear();
   subject.measured->leaks = true;
   html = answer_box(subject);
-  EXPECT_NE(html.find(": the rig leaks; promise kept"), std::string::npos) << html;
+  EXPECT_NE(html.find(": the rig leaks; greatest measured error"), std::string::npos) << html;
   EXPECT_NE(html.find("<p>Next: repair the leak first"), std::string::npos) << html;
   EXPECT_EQ(html.find("eha export"), std::string::npos) << html;
   subject.measured->leaks = false;
   html = answer_box(subject);
   EXPECT_NE(html.find("<p>Next: <code>eha export axis.toml"), std::string::npos) << html;
-  EXPECT_NE(html.find("promise kept, greatest measured error 0.1 in</h2>"), std::string::npos) << html;
+  EXPECT_NE(html.find("greatest measured error 0.1 in, promise kept</h2>"), std::string::npos) << html;
   EXPECT_NE(html.find("half dead band 0.22 V instead of 0.15 V"), std::string::npos) << "worth knowing all the same";
   subject.measured->figures.push_back({.name = "settling", .value = 0.0, .unit = "s", .kept = "hidden by noise"});
   html = answer_box(subject);
   EXPECT_EQ(html.find("promise kept"), std::string::npos) << html;
-  EXPECT_NE(html.find(": 1 of 2 figures kept, 1 hidden by noise, greatest measured error 0.1 in</h2>"),
+  EXPECT_NE(html.find(": greatest measured error 0.1 in, 1 of 2 figures kept, 1 hidden by noise</h2>"),
             std::string::npos)
       << html;
 }
@@ -252,6 +256,15 @@ TEST(Tune, PromisesAFractionOfTheErrorOfAPureGain) {
   EXPECT_GT(tuned.fault.following_error_in, tuned.promise.following_worst_in.upper);
   EXPECT_FALSE(tuned.remarks.empty());
   EXPECT_EQ(tuned.trials.size(), 4U);
+  // The margin is named only where it binds.
+  const bool binds =
+      tuned.share >= 1.0 && !tuned.design.noise_binds && tuned.design.margins.peak95 > 0.97 * task.axis.sensitivity;
+  EXPECT_EQ(std::any_of(tuned.remarks.begin(), tuned.remarks.end(),
+                        [](const std::string& remark) { return remark.starts_with("The margin limits the gain"); }),
+            binds);
+  EXPECT_EQ(std::any_of(tuned.remarks.begin(), tuned.remarks.end(),
+                        [](const std::string& remark) { return remark.starts_with("The trials limit the gain"); }),
+            tuned.share < 1.0);
   EXPECT_GT(tuned.trace.time_s.size(), 1000U);
 
   // A gain alone: no inverse of the dead band, no feed-forward, the best of several.
