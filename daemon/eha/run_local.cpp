@@ -39,6 +39,7 @@
 #include "daemon/rig/owned_rig.hpp"
 #include "daemon/rig/rod_view.hpp"
 #include "daemon/rig/trusted_file.hpp"
+#include "daemon/rig/watched_lines.hpp"
 #include "hal/backends/backend.hpp"
 
 namespace eha::cli {
@@ -108,7 +109,8 @@ Acquired acquire(const RunCommand& command, const config::RigConfig& rig_config,
     require_rod_at_rest(earlier, place_in, console.unit(rig_config.units));
     require_place_to_begin(experiment.config, place_in, planned.file, console.unit(rig_config.units));
     if (std::abs(place_in - start_of(rig_config)) > kSamePlace_in) {
-      margin_in = rehearsed_margin(planned, rig_config, place_in, risk_of(command), console);
+      with_watched_lines(
+          local.rig(), [&] { margin_in = rehearsed_margin(planned, rig_config, place_in, risk_of(command), console); });
     }
   }
   acquisition::StateMachine machine;

@@ -5,16 +5,15 @@
 
 #include <optional>
 
-#include "config/prepared_experiment.hpp"
 #include "daemon/precision/precision_watch.hpp"
 
 namespace eha::service {
 
-play::FinishedRun play(const Entry& entry, const std::filesystem::path& folder, const config::RigConfig& config,
-                       OwnedRig* card, const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
+play::FinishedRun play(const Entry& entry, const config::PreparedExperiment& prepared,
+                       const std::filesystem::path& folder, const config::RigConfig& config, OwnedRig* card,
+                       const std::optional<RodAtRest>& rest, const std::filesystem::path& snapshot,
                        acquisition::NonRealtime non_realtime, acquisition::StateMachine& machine,
                        acquisition::EarlierRuns& earlier, acquisition::StopRequest& stop, play::RunWatch& watch) {
-  const config::PreparedExperiment prepared = config::parse_prepared_experiment(entry.experiment, entry.file, config);
   std::optional<OwnedRig> simulated;
   OwnedRig& rig = card != nullptr ? *card : simulated.emplace(config, snapshot);
   const auto early_end = precision::watch_of(prepared.config, config, folder, [&entry](const std::string& sentence) {

@@ -45,6 +45,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       checker_({require_program("eha-worker"), require_program("eha")}),
       mailbox_(loop),
       disk_thread_("eha-disk", mailbox_),
+      preparing_thread_("eha-prepare", mailbox_),
       inhibitor_("ehad", {[this] { mailbox_.post([this] { prepare_for_sleep(); }); },
                           [](const std::string& why) { spdlog::warn("{}", undelayed_suspend_text(why)); }}),
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it after any end of this process.

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/prepared_experiment.hpp"
 #include "config/service_config.hpp"
 #include "daemon/acquisition/stop_request.hpp"
 #include "daemon/control/server.hpp"
@@ -142,6 +143,9 @@ class Supervisor {
   void finish_rehearsal(const Turn& turn, double place_in, const worker::WorkerEnd& end);
   void start(Entry& entry);
   void begin(EntryId id, std::future<std::filesystem::path> prepared);
+  using Prepared = std::shared_ptr<const config::PreparedExperiment>;
+  void drive(EntryId id, const std::filesystem::path& folder, const RigKeeper::Config& config,
+             std::future<Prepared> ready);
   void finish(EntryId id, std::future<play::FinishedRun> played);
   void give_up(Entry& entry, ExitCode code, const std::string& why);
   void conclude(Entry& entry, const play::FinishedRun& run);
@@ -244,7 +248,8 @@ class Supervisor {
   Checker checker_;
   std::unique_ptr<RunIndex> index_;  ///< belongs to the disk thread once that exists
   Mailbox mailbox_;
-  Background disk_thread_;  ///< files
+  Background disk_thread_;       ///< files
+  Background preparing_thread_;  ///< volts of the next experiment
   SleepInhibitor inhibitor_;
   std::chrono::system_clock::time_point rig_read_ = std::chrono::system_clock::now();  ///< when its file was
   RigKeeper rig_;

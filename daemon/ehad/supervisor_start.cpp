@@ -177,6 +177,27 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
     return;
   }
   entry.run = folder.filename().string();
+  // Its volts may take seconds to compute; meanwhile the rig's thread reads the lines.
+  const RigKeeper::Config config = rig_.config_of_next_run();
+  preparing_thread_.ask(
+      [text = entry.experiment, file = entry.file, config] {
+        return std::make_shared<const config::PreparedExperiment>(
+            config::parse_prepared_experiment(text, file, *config));
+      },
+      [this, id, folder, config](std::future<Prepared> ready) { drive(id, folder, config, std::move(ready)); });
+}
+
+void Supervisor::drive(EntryId id, const fs::path& folder, const RigKeeper::Config& config,
+                       std::future<Prepared> ready) {
+  Entry& entry = *queue_.find(id);
+  Prepared prepared;
+  try {
+    prepared = ready.get();
+  } catch (const Error& error) {
+    remove_unplayed(entry, folder);
+    give_up(entry, error.exit_code(), error.what());
+    return;
+  }
   poll_rod(Clock::now());
   if (!active_->moved.empty()) {
     // A copy: giving up ends the run that holds it.
@@ -192,10 +213,10 @@ void Supervisor::begin(EntryId id, std::future<fs::path> prepared) {
   spdlog::info("experiment {} (\"{}\" of {}): runs in {}", id, entry.name, entry.user, folder.string());
   active_->playing = true;
   rig_.play(
-      [this, entry, folder, config = rig_.config_of_next_run(), watch = active_->watch, stop = active_->stop](
+      [this, entry, folder, config, prepared, watch = active_->watch, stop = active_->stop](
           OwnedRig* card, acquisition::StateMachine& machine, acquisition::EarlierRuns& earlier) {
-        return play(entry, folder, *config, card, rig_.rest(), rig_.snapshot(), options_.non_realtime, machine, earlier,
-                    *stop, *watch);
+        return play(entry, *prepared, folder, *config, card, rig_.rest(), rig_.snapshot(), options_.non_realtime,
+                    machine, earlier, *stop, *watch);
       },
       [this, id](std::future<play::FinishedRun> played) { finish(id, std::move(played)); });
 }

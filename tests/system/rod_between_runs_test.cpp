@@ -242,6 +242,27 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasReset) {
   EXPECT_EQ(refused(*client_, "arm").message, "");
 }
 
+/// The volts of 1700 tones take a second or so, between the last file and the first tick.
+TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasResetWhileTheVoltsWereComputed) {
+  std::string tones;
+  for (int k = 1; k <= 1700; ++k) {
+    tones += fmt::format("{{ frequency_Hz = {:.4f}, amplitude_V = 0.0001, phase_rad = 0.0 }},\n", k / 60.0);
+  }
+  const std::string text =
+      "schema = 1\nname = \"heavy\"\nduration_s = 60.0\n[excitation]\nkind = \"multisine\"\noffset_V = 0.0\ntones = "
+      "[\n" +
+      tones + "]\n[record]\ndiscard_s = 0.0\n";
+  (void)submit(*client_, text, false);
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (fs::is_empty(daemon_.runs()) && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  EXPECT_EQ(rig_.card().enabled_ns, 0) << "the folder is made before the volts";
+  press_emergency_stop(rig_.card(), std::chrono::milliseconds(200));
+  EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened")) << daemon_.log();
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  EXPECT_EQ(rig_.card().enabled_ns, 0) << daemon_.log();
+  EXPECT_NE(client_->call("status").at("state"), "armed");
+}
+
 TEST_F(ServiceRodBetweenRuns, IsDisarmedByAnEmergencyStopThoughNothingIsQueued) {
   press_emergency_stop(rig_.card(), std::chrono::seconds(2));
   EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened while nothing was driven")) << daemon_.log();
