@@ -130,8 +130,11 @@ std::string wrong_value(std::string_view text, const Position& at) {
         value.size() == word.size() && std::equal(value.begin(), value.end(), word.begin(), [](char a, char b) {
           return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b;
         });
+    // As it should be: the fault is another one.
+    if (value == word) return {};
     if (is_word) return fmt::format("{} has the value {}; write {} = {}", shortened(key, 60), value, key, word);
   }
+  if (value == "inf" || value == "nan" || key.find_first_of(" \t") != std::string_view::npos) return {};
   return fmt::format("{0} has the value {1} without quotes; a text needs them: {0} = \"{1}\"", shortened(key, 60),
                      shortened(value, 60));
 }

@@ -170,7 +170,7 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
           shown_value, shown_limit, length);
     case Fault::wrong_speed:
       return fmt::format(
-          "for 0.5 s the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
+          "the sensor showed {0:.3f} {3}/s, the volts give {1} {2:.3f} {3}/s by [following]; check the "
           "sensor, its wire and its calibration{4}",
           shown_value, value < limit ? "at least" : "at most", shown_limit, length,
           value < limit ? ", the supply pressure, then [following] in the rig file; a leak of cylinder or valve, or a "

@@ -65,9 +65,20 @@ std::string meaning_of(const Table& table, const std::string& name) {
   if (name == "dead_band") return std::string(ident::kDeadBandIs);
   if (name == "null") return "null: the volts in the middle of the dead band";
   if (name == "negative_gain_ratio") return "negative_gain_ratio: gain of negative over that of positive volts";
-  if (name == "K") return "K: gain of positive volts, behind the dead band";
+  if (name == "K" && table.common_model.ends_with("_valve")) return "K: gain of positive volts, behind the dead band";
   if (name == "a2" && table.common_model.starts_with("integrator_lag")) return "a2: the time constant T";
   return name;
+}
+
+/// Whether the records' values spread by far more than their own errors explain, as those of several plants do.
+bool scatters(const Parameter& parameter) {
+  constexpr double kBeyondErrors = 3.0;  // of the standard errors, root mean square
+  double sum = 0.0;
+  for (const Estimate& one : parameter.estimates) {
+    if (!(one.std > 0.0)) return false;
+    sum += std::pow((one.value - parameter.median) / one.std, 2);
+  }
+  return sum > kBeyondErrors * kBeyondErrors * static_cast<double>(parameter.estimates.size());
 }
 
 report::Item parameter_item(const Table& table, const Parameter& parameter) {
@@ -116,7 +127,11 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       "records' scatter.",
       100.0 * kOutlierLevel);
   item.remark.to_do =
-      names.empty() ? "Nothing: no record lies apart." : fmt::format("Look at what was different: {}.", some_of(names));
+      !names.empty() ? fmt::format("Look at what was different: {}.", some_of(names))
+      : scatters(parameter)
+          ? "No record lies apart from the others because they all scatter, beyond their own errors: plants or "
+            "experiments differ. Compare the lowest with the highest by eha compare."
+          : "Nothing: no record lies apart.";
   return item;
 }
 
@@ -203,6 +218,10 @@ std::string heading_of(const Table& table, std::size_t failed, std::size_t apart
   if (table.missing > 0) return records(table.missing, "has no result yet", "have no result yet");
   if (left_out > 0) return records(left_out, "is not compared", "are not compared");
   if (table.resolutions.empty()) return "The records are judged; nothing is compared";
+  const std::vector<Parameter> compared = parameters_of(table.rows, table.common_model);
+  if (std::any_of(compared.begin(), compared.end(), scatters)) {
+    return "No record lies apart from the others, as they scatter beyond their own errors";
+  }
   return warnings > 0 ? "No record lies apart; there are warnings" : "No record lies apart from the others";
 }
 
@@ -299,7 +318,8 @@ report::Page page_of(const Table& table, const std::string& next) {
   for (const Parameter& parameter : known) {
     // One point shows no more than the table.
     if (parameter.estimates.size() < 2) continue;
-    const bool moves = furthest_outlier(table, parameter) > 0.0 || trend_of(table, parameter.name) != nullptr;
+    const bool moves = furthest_outlier(table, parameter) > 0.0 || trend_of(table, parameter.name) != nullptr ||
+                       (is_compared && scatters(parameter));
     (!is_compared || moves ? parameters : others).items.push_back(parameter_item(table, parameter));
   }
   report::Section models{.title = "Recommended models"};

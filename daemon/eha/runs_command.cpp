@@ -18,6 +18,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/following_trip.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
 #include "daemon/eha/run_argument.hpp"
@@ -272,26 +273,34 @@ std::optional<config::RigConfig> rig_of(const Json& manifest) {
 
 /// Returns the next commands for a run. @param entry  of the service's queue; null if no service has the run
 std::vector<std::string> next_of(const RunsShowCommand& command, const record::Manifest& manifest, const Json& entry,
-                                 const suggest::RigAccess& rig) {
+                                 const Console& console) {
   const std::string run = shell_word(command.run.string());
   const std::string state = entry.is_object() ? entry.value("state", "") : "";
   if (state == "running") return {through(command.socket, "eha status --watch")};
   if (!manifest.outcome) return {"eha runs recover " + run};
   if (state == "fitting" || state == "judging") return {through(command.socket, "eha queue")};
-  const bool is_fitted =
-      record::purpose_of(manifest) == record::Purpose::models ||
-      (record::purpose_of(manifest) == record::Purpose::tracking && acquisition::is_whole(*manifest.outcome));
+  const record::Purpose purpose = record::purpose_of(manifest);
+  const bool is_whole = acquisition::is_whole(*manifest.outcome);
+  const bool is_fitted = purpose == record::Purpose::models || (purpose == record::Purpose::tracking && is_whole);
+  const Trip trip = trip_of(manifest);
+  const auto after_trip = [&] {
+    const auto of_run = rig_of(manifest.other);
+    return next_after_trip(trip, of_run ? &*of_run : nullptr, console.rig());
+  };
   if (!has_rows(command.run)) {  // nothing to fit or to draw
-    const Trip trip = trip_of(manifest);
     const bool is_wanted = *manifest.outcome == acquisition::Outcome::interrupted ||
                            trip.fault == acquisition::to_text(acquisition::Fault::second_stop);
     if (is_wanted) return {through(command.socket, "eha status")};
-    const auto of_run = rig_of(manifest.other);
-    return {is_of_rod(trip) ? next_after_trip(trip, of_run ? &*of_run : nullptr, rig) : "eha doctor"};
+    return {is_of_rod(trip) ? after_trip() : "eha doctor"};
+  }
+  // As after the run: its experiment is the command's own, and has nothing to fit.
+  if (!is_whole && is_of_rod(trip) &&
+      (purpose == record::Purpose::placing || purpose == record::Purpose::valve_sheet)) {
+    return {warn_of_unused_sheet(command.run, console).value_or(after_trip()), "eha plot " + run};
   }
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
-  if (fit && next.front() != *fit && !acquisition::is_whole(*manifest.outcome)) next.push_back(*fit);
+  if (fit && next.front() != *fit && !is_whole) next.push_back(*fit);
   return next;
 }
 
@@ -328,7 +337,7 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   if (!against.empty() && manifest.identification && manifest.identification->accepted) {
     console.print("latest   another run: " + against);
   }
-  for (const std::string& step : next_of(command, manifest, entry, console.rig())) console.next_step(step);
+  for (const std::string& step : next_of(command, manifest, entry, console)) console.next_step(step);
   return ExitCode::ok;
 }
 

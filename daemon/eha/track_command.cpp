@@ -256,9 +256,10 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
     console.print("Its Bode plot: eha plot " + shell_word(model) + " -o " + shell_word(free_name("bode.svg")));
   }
   if (!track::goes_to_plc(result, unit)) {
-    console.print(result.leak
-                      ? fmt::format("No controller of a rig that leaks goes to a PLC: {}.", ident::kRepairFirst)
-                      : std::string("The controller goes to a PLC after what is said above of the moving rod."));
+    console.print(
+        result.leak
+            ? fmt::format("No controller of a rig that leaks goes to a PLC: {}.", ident::kRepairFirst)
+            : std::string("The controller goes to no PLC yet: its promise was not kept, or the valve is another one."));
   } else if (const std::string& controller = console.rig().controller; !controller.empty()) {
     console.print(
         fmt::format("The controller for a PLC, C, MATLAB: {} (or c, simulink)", suggest::export_for_plc(controller)));

@@ -42,8 +42,8 @@ constexpr double kSlowFloor_in_per_s = 0.01;
 constexpr double kFastFloor_in_per_s = 0.03;
 constexpr double kWrongSpeed_s = 0.5;
 constexpr double kNullError_in_per_s = 0.02;  ///< what the valve's error may do to a mean speed, however fast the rod
-constexpr double kLackingShare = 0.8;
-constexpr double kMostLacking_in = 0.06;
+constexpr double kLackingShare = 0.8;         ///< of the way that the volts ask for
+constexpr double kMostLacking_in = 0.06;      ///< of that share
 
 }  // namespace
 
@@ -209,8 +209,9 @@ void LoopMonitor::compare_speed() noexcept {
   fast_s_ = speed > most ? fast_s_ + period_s_ : 0.0;
   if (slow_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, least);
   if (fast_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, most);
-  add_lacking(kLackingShare * gain * outside_V - std::min(kLackingShare * gain * kValveError_V, kNullError_in_per_s),
-              speed);
+  if (!bounds_.compares_slope)
+    add_lacking(kLackingShare * gain * outside_V - std::min(kLackingShare * gain * kValveError_V, kNullError_in_per_s),
+                speed);
   if (!bounds_.compares_slope) return;
   const double open_V = direction * (filtered_V_ - bounds_.null_V) - bounds_.valve->dead_band_V;
   slope_.note(direction, open_V, gain * outside_V, speed);

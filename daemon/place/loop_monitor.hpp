@@ -44,9 +44,10 @@ struct LoopBounds {
 ///                S = max(0, S + g (d (u - null) - still) dt - d dy) exceeds 0.003 in or six standard deviations of the
 ///                filtered noise; or the command is at its bound for 0.3 s and the reading moves by less
 ///   wrong_speed  the speed is not within 0.7 to 1.6 times that of [following] for 0.5 s, for a null and a dead band
-///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or 0.06 in of
-///                0.7 of the way that was due were not measured, in whatever pieces: a wire that slips in jerks; or
-///                what SpeedSlope finds, where the bounds ask for it
+///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or, in a
+///                placing, 0.06 in of 0.8 of the way that was due were not measured, in whatever pieces, beside 0.01 to
+///                0.03 in/s for the valve's errors: a wire that slips in jerks; or what SpeedSlope finds, where the
+///                bounds ask for it
 /// y and u pass the same low-pass filter (0.05 s; twice for wrong_speed). Real-time safe; cost: one pass over 50 ms of
 /// readings. Not thread-safe.
 class LoopMonitor {

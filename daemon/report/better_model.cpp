@@ -66,7 +66,7 @@ std::string better_model(std::vector<RankedModel> models, const std::string& uni
   if (usable.size() > alike.size()) {
     const RankedModel& next = *usable[alike.size()];
     text += fmt::format("{} {} {}{}", as_good.empty() ? "," : "; the next,", next.label,
-                        ident::error_text(next.rms_error, unit), times_text(next.rms_error, best.rms_error));
+                        ident::error_text(next.rms_error, unit), times_text(next.rms_error, smallest.rms_error));
   }
   return text + others_text(models, unit);
 }

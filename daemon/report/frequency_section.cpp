@@ -175,14 +175,14 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
                 ident::figure_text(distance.gain_dB));
   if (has_map) {
     remark.seen +=
-        " The line is the linear part above the dead band, which no record shows alone; the squares are the same model "
+        " The line is the linear part above the dead band, which no record shows alone; the crosses are the same model "
         "behind its map, linearised for this record's input.";
     remark.good =
-        "The bars of the gain error reach 0, and the squares lie on the measured points: below the line, as the dead "
+        "The bars of the gain error reach 0, and the crosses lie on the measured points: below the line, as the dead "
         "band takes its share of the amplitude. Outside the measured frequencies the model extrapolates." +
         grey;
-    remark.to_do = is_close ? nothing + " For commands of another amplitude the squares move; the line does not."
-                            : against_difference(reported.model, "squares and points", distance.gain_dB);
+    remark.to_do = is_close ? nothing + " For commands of another amplitude the crosses move; the line does not."
+                            : against_difference(reported.model, "crosses and points", distance.gain_dB);
   } else if (reported.model.input_map) {
     remark.good =
         "Bars of the gain error on a level line below 0: the dead band takes that share of the amplitude." + grey;

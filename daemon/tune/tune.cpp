@@ -168,8 +168,7 @@ std::string remark_on_rest(const Tuned& tuned, const TuneTask& task) {
   const double offset = tuned.promise.rest_error_in.value;
   return fmt::format(
       "In the hold the rod stands off the reference, by {:.2g} {} in the middle of the trials: without an integral an "
-      "error of the valve's null or dead band, or friction, is only answered by gain times this offset, here {:.2g} V. "
-      "A valve sheet (--sheet) or --kind pi makes it smaller.",
+      "error of the valve's null or dead band, or friction, is only answered by gain times this offset, here {:.2g} V.",
       task.unit.factor("in") * offset, task.unit.of("in"), offset * feedback.kp / gain);
 }
 

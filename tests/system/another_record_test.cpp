@@ -264,7 +264,7 @@ decimation = 40
   const Ended run = run_eha(
       {"run", "drift.toml", "--rig", EHA_RIGS "/sim.toml", "--local", "--fast", "--accept-travel-risk"}, folder.path());
   EXPECT_NE(run.err.find("travel_limit"), std::string::npos) << run.err;
-  const std::filesystem::path recorded = std::filesystem::directory_iterator(folder.path() / "runs")->path();
+  const std::filesystem::path recorded = std::filesystem::canonical(folder.path() / "runs" / "latest");
   const Ended fitted = run_eha({"fit", recorded.string(), "-o", "m", "--json"}, folder.path());
   EXPECT_EQ(fitted.err.find("a straight line of "), std::string::npos) << fitted.err;
   int with_a_map = 0;

@@ -293,6 +293,15 @@ TEST_F(ServicePlace, EndsALocalTripWithWhatToDo) {
   const Ended sheet = run_eha({"characterise", "--local", "--fast", "--rig", daemon_.rig_file()}, daemon_.folder());
   EXPECT_EQ(sheet.code, static_cast<int>(ExitCode::safety_trip)) << sheet.err;
   EXPECT_NE(sheet.out.find(next), std::string::npos) << sheet.out;
+  std::error_code none;
+  int shown = 0;
+  for (const auto& entry : fs::directory_iterator(daemon_.folder() / "runs", none)) {
+    if (entry.is_symlink()) continue;
+    ++shown;
+    const Ended show = run_eha({"runs", "show", entry.path().string()}, daemon_.folder());
+    EXPECT_NE(show.out.find(next), std::string::npos) << "as after the run: " << show.out;
+  }
+  EXPECT_EQ(shown, 2);
   const auto step = [&](const std::vector<std::string>& words) {
     const Ended played = run_eha(words, daemon_.folder());
     EXPECT_EQ(played.code, 0) << played.err;
@@ -336,6 +345,11 @@ TEST_F(ServicePlace, NamesTheNewestSheetWhereAnotherNullTripped) {
   EXPECT_NE(tripped.out.find("Next: eha characterise " + sheet.string() + " -o rig-new.toml"), std::string::npos)
       << tripped.out;
   EXPECT_EQ(tripped.out.find("Next: "), tripped.out.rfind("Next: ")) << tripped.out;
+  const Ended listed = eha({"runs", "list", "--all", "--json"});
+  ASSERT_EQ(listed.code, 0) << listed.err;
+  const Ended show = eha({"runs", "show", Json::parse(listed.out).at("runs").back().at("folder").get<std::string>()});
+  EXPECT_NE(show.out.find("Next: eha characterise " + sheet.string() + " -o rig-new.toml"), std::string::npos)
+      << "as after the run: " << show.out;
 }
 
 }  // namespace

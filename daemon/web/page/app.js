@@ -28,7 +28,8 @@ const contact = new Contact((isLive) => {
   if (!isLive) rig.lose();
 });
 
-let unit = new LengthUnit('in');
+/** Of the rig file; null before the first answer: a number without its unit is not shown. */
+let unit = null;
 let travel = null;
 let fittedOrDriven = '';
 let playedRun = null;
@@ -45,7 +46,7 @@ poll(() => live.path(), kLive_ms, (answer) => {
   contact.answered();
   live.take(answer);
   const newest = live.newest();
-  if (newest && contact.isLive) {
+  if (newest && contact.isLive && unit) {
     rig.showRod(isNumber(newest.x_min) ? 0.5 * (newest.x_min + newest.x_max) : null, unit, travel);
     rig.showVolts(isNumber(newest.v_min) ? 0.5 * (newest.v_min + newest.v_max) : null);
   }
@@ -78,6 +79,6 @@ poll('api/state', kState_ms, (answer) => {
 });
 
 const responsePoller = poll('api/response', kResponseIdle_ms, (answer) => {
-  response.show(answer, answer.run !== null && answer.run === playedRun, unit);
+  if (unit) response.show(answer, answer.run !== null && answer.run === playedRun, unit);
 });
 const runsPoller = poll('api/runs?limit=50', kRuns_ms, (answer) => runs.show(answer));

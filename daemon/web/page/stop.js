@@ -35,6 +35,7 @@ export class StopButton {
     this.isReached = true;
     this.button.addEventListener('click', () => this.press());
     this.hasOpened = false;
+    this.isForStop = false;
     this.dialog.addEventListener('close', () => {
       if (this.token === null) sessionStorage.setItem(kDeclined, 'yes');
     });
@@ -71,7 +72,11 @@ export class StopButton {
   /** Takes note of whether eha-web and ehad answer; where they do not, no token helps. */
   reaches(isReached) {
     this.isReached = isReached;
-    if (!isReached && this.dialog.open) this.unreached();
+    // The dialog that asks when the page opens is nobody's wish to stop; Contact says that nothing answers.
+    if (!isReached && this.dialog.open) {
+      if (this.isForStop) this.unreached();
+      else this.dialog.close();
+    }
     this.show(null);
   }
 
@@ -105,6 +110,7 @@ export class StopButton {
   open(first) {
     const button = byId(first);
     button.parentElement.prepend(button);
+    this.isForStop = first === 'token-stop';
     this.ask('');
   }
 

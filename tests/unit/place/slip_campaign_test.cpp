@@ -285,6 +285,7 @@ void finds_on_a_long_way(unsigned first_seed, const std::function<hal::InjectedF
     furthest_in = std::max(furthest_in, result.lost_in);
   }
   for (const auto& [fault, count] : ends) fmt::print("{}: {}\n", fault, count);
+  EXPECT_GT(played, 0);
   fmt::print("{} long ways: found after {:.2f} s and {:.2f} in at most\n", played, longest_s, furthest_in);
 }
 

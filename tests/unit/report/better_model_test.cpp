@@ -14,7 +14,7 @@ TEST(BetterModel, IsTheOneWithTheLessErrorAndSaysByHowMuch) {
 TEST(BetterModel, OfModelsWithLikeErrorsIsTheSmallest) {
   EXPECT_EQ(better_model({{"fo", 0.00080, 7}, {"io", 0.00087, 5}, {"lag", 0.002, 4}}, "in"),
             "use io: rms error 0.00087 in with 5 parameters, fo 0.0008 in with 7 parameters: errors within 1.5 times "
-            "are alike, and it has the fewest parameters; the next, lag 0.002 in, 2.5 times as much");
+            "are alike, and it has the fewest parameters; the next, lag 0.002 in, 2.3 times as much");
 }
 
 TEST(BetterModel, IsNoneThatIsRejectedOrOfAnotherPlant) {
