@@ -66,7 +66,7 @@ std::string meaning_of(const Table& table, const std::string& name) {
   if (name == "null") return "null: the volts in the middle of the dead band";
   if (name == "negative_gain_ratio") return "negative_gain_ratio: gain of negative over that of positive volts";
   if (name == "K" && table.common_model.ends_with("_valve")) return "K: gain of positive volts, behind the dead band";
-  if (name == "a2" && table.common_model.starts_with("integrator_lag")) return "a2: the time constant T";
+  if (name == "a2" && table.common_model.starts_with("integrator_lag")) return std::string(ident::kTimeConstantIs);
   return name;
 }
 

@@ -45,11 +45,12 @@ Check check_kernel(const acquisition::KernelFacts& kernel) {
 }
 
 Check check_scheduling(const Privileges& privileges, int priority, Stakes stakes) {
-  if (privileges.is_of_service) {  // judged by its limits
-    return ok("scheduling", "of ehad, which drives: its runs say if SCHED_FIFO is refused");
+  if (!privileges.are_grants_tried) {
+    return ok("scheduling", "not tried for ehad, which drives: its limit is judged below; sudo eha doctor tries it");
   }
   if (privileges.fifo_error == 0) return ok("scheduling", fmt::format("SCHED_FIFO {} is granted", priority));
-  const bool limit_allows = privileges.is_root || privileges.rtprio_limit >= static_cast<std::uint64_t>(priority);
+  const bool limit_allows =
+      privileges.is_root || privileges.is_of_service || privileges.rtprio_limit >= static_cast<std::uint64_t>(priority);
   return missing("scheduling", fmt::format("SCHED_FIFO {} is refused: {}", priority, error_text(privileges.fifo_error)),
                  limit_allows ? "the limit allows it, so a container or control group forbids it: grant CAP_SYS_NICE, "
                                 "or cpu.rt_runtime_us above 0"
@@ -118,8 +119,8 @@ Check check_cpus(const SystemFiles& files, std::optional<int> cpu, Stakes stakes
 
 Check check_sleep(const std::string& idle_driver, const Privileges& privileges) {
   const int dma_latency_error = privileges.dma_latency_error;
-  if (privileges.is_of_service) {
-    return ok("c-states", "of ehad, which drives: its runs say if deep sleep cannot be held off");
+  if (!privileges.are_grants_tried) {
+    return ok("c-states", "not tried for ehad, which drives; sudo eha doctor tries it");
   }
   if (dma_latency_error == 0) return ok("c-states", "deep sleep can be held off (/dev/cpu_dma_latency)");
   if (idle_driver == "none") return ok("c-states", "no idle driver, no deep sleep");

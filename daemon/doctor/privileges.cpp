@@ -63,12 +63,17 @@ Privileges probe_privileges(int priority) {
   return found;
 }
 
-std::optional<Privileges> privileges_of_service(const std::filesystem::path& process) {
+std::optional<Privileges> privileges_of_service(const std::filesystem::path& process, const Privileges& caller) {
   const std::string limits = content_of(process / "limits");
   const auto rtprio = soft_limit_in(limits, "Max realtime priority");
   const auto memlock = soft_limit_in(limits, "Max locked memory");
   if (!rtprio || !memlock) return std::nullopt;
-  Privileges found{.rtprio_limit = *rtprio, .memlock_limit_bytes = *memlock, .is_of_service = true};
+  Privileges found = caller;
+  found.are_grants_tried = caller.is_root;
+  found.is_root = false;
+  found.rtprio_limit = *rtprio;
+  found.memlock_limit_bytes = *memlock;
+  found.is_of_service = true;
   std::istringstream status(content_of(process / "status"));
   for (std::string line; std::getline(status, line);) {
     std::istringstream words(line);

@@ -17,7 +17,8 @@ struct Privileges {
   std::uint64_t rtprio_limit = 0;         ///< RLIMIT_RTPRIO
   std::uint64_t memlock_limit_bytes = 0;  ///< RLIMIT_MEMLOCK
   int dma_latency_error = 0;              ///< errno of opening /dev/cpu_dma_latency for writing; 0 when it opens
-  bool is_of_service = false;             ///< by its limits: what is granted to it, both errors, is not known
+  bool is_of_service = false;             ///< the limits are; what is granted to it is tried in its place by root alone
+  bool are_grants_tried = true;           ///< whether both errors are known
 };
 
 /// Tries SCHED_FIFO in a short-lived thread and reads the limits; changes nothing permanently.
@@ -25,6 +26,8 @@ struct Privileges {
 [[nodiscard]] Privileges probe_privileges(int priority);
 
 /// Reads the limits of a running service. @param process  its folder in /proc   @returns none if they cannot be read
-[[nodiscard]] std::optional<Privileges> privileges_of_service(const std::filesystem::path& process);
+/// @param caller  of this process: what is not granted to root is granted to no service on this machine
+[[nodiscard]] std::optional<Privileges> privileges_of_service(const std::filesystem::path& process,
+                                                              const Privileges& caller);
 
 }  // namespace eha::doctor

@@ -204,7 +204,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
     text += fmt::format("note     {}\n", ident::kDeadBandIs);
   }
   if (table.common_model.starts_with("integrator_lag") && !table.resolutions.empty()) {
-    text += "note     a2: the time constant T\n";
+    text += fmt::format("note     {}\n", ident::kTimeConstantIs);
   }
   const std::vector<batch::WarningKind> warnings = batch::warning_kinds(table);
   bool has_command = false;

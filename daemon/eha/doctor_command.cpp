@@ -122,7 +122,7 @@ void show(const std::vector<Check>& checks, ExitCode code, Console& console) {
 /// The running service, whose rig is the relevant one.
 struct Service {
   std::string rig_file;
-  std::optional<doctor::Privileges> privileges = {};  ///< none: they cannot be read
+  std::optional<pid_t> process = {};
 };
 
 /// @returns none if no service answers
@@ -131,15 +131,19 @@ std::optional<Service> running_service() {
   if (!std::filesystem::exists(control::default_socket(), ignored)) return std::nullopt;
   try {
     control::Client client(control::default_socket());
-    Service service{.rig_file = client.call("status").at("rig").at("file").get<std::string>()};
-    if (const auto process = client.service_process()) {
-      service.privileges =
-          doctor::privileges_of_service(std::filesystem::path(kRoot) / "proc" / std::to_string(*process));
-    }
-    return service;
+    return Service{.rig_file = client.call("status").at("rig").at("file").get<std::string>(),
+                   .process = client.service_process()};
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+/// Those of the service, which drives; else the caller's.
+doctor::Privileges privileges_that_count(const std::optional<Service>& service, int priority) {
+  const doctor::Privileges caller = doctor::probe_privileges(priority);
+  if (!service || !service->process) return caller;
+  const auto process = std::filesystem::path(kRoot) / "proc" / std::to_string(*service->process);
+  return doctor::privileges_of_service(process, caller).value_or(caller);
 }
 
 ExitCode execute(const DoctorCommand& command, Console& console) {
@@ -151,9 +155,7 @@ ExitCode execute(const DoctorCommand& command, Console& console) {
   const config::RealtimeOptions realtime = rig ? rig->realtime : config::RealtimeOptions{};
   const doctor::Machine machine{.kernel = acquisition::kernel_facts(),
                                 .files = doctor::read_system_files(kRoot),
-                                .privileges = service && service->privileges
-                                                  ? *service->privileges
-                                                  : doctor::probe_privileges(realtime.priority)};
+                                .privileges = privileges_that_count(service, realtime.priority)};
   append(checks, doctor::check_machine(machine, realtime, moves ? doctor::Stakes::machine : doctor::Stakes::simulated));
   delays::LoopThread loop{.cpu = realtime.cpu, .priority = std::min(realtime.priority, kHighestLoopPriority)};
   append(checks, doctor::check_delays(delays::standing_delays(kRoot, delays::read_counters(kRoot), loop), loop.cpu));

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <utility>
 
@@ -193,9 +194,10 @@ void Supervisor::drive(EntryId id, const fs::path& folder, const RigKeeper::Conf
   Prepared prepared;
   try {
     prepared = ready.get();
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
+    const auto* known = dynamic_cast<const Error*>(&error);
     remove_unplayed(entry, folder);
-    give_up(entry, error.exit_code(), error.what());
+    give_up(entry, known != nullptr ? known->exit_code() : ExitCode::bug, error.what());
     return;
   }
   poll_rod(Clock::now());

@@ -62,7 +62,8 @@ using FitProgress = std::function<void(double share, const std::string& structur
                             const Executor& executor = run_in_order, const std::vector<Model>& known = {},
                             const FitProgress& progress = {});
 
-/// The same, with fits of the structures inside that several fits share.
+/// The same, with fits of the structures inside that several fits share. All of those so far are starts, also those
+/// that an earlier structure asked for: among equal optima the order of the structures may decide.
 [[nodiscard]] FitResult fit(const PreparedRecord& prepared, const StructureOptions& asked, const FitOptions& options,
                             const Executor& executor, const std::vector<Model>& known, const FitProgress& progress,
                             InsideFits& inside);

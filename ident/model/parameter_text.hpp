@@ -9,6 +9,7 @@
 namespace eha::ident {
 
 /// What every figure of a dead band is.
+inline constexpr std::string_view kTimeConstantIs = "a2: the time constant T";  ///< of integrator_lag
 inline constexpr std::string_view kDeadBandIs = "dead_band: half the dead band, from the null to an edge";
 
 inline constexpr double kInterval95 = 1.96;  ///< half width of a 95 % interval [standard errors]

@@ -252,13 +252,14 @@ TEST_F(ServiceRodBetweenRuns, IsNotDrivenAfterAnEmergencyStopThatWasResetWhileTh
       "schema = 1\nname = \"heavy\"\nduration_s = 60.0\n[excitation]\nkind = \"multisine\"\noffset_V = 0.0\ntones = "
       "[\n" +
       tones + "]\n[record]\ndiscard_s = 0.0\n";
-  (void)submit(*client_, text, false);
+  const std::int64_t entry = submit(*client_, text, false);
   const auto deadline = std::chrono::steady_clock::now() + kGenerous;
   while (fs::is_empty(daemon_.runs()) && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
   EXPECT_EQ(rig_.card().enabled_ns, 0) << "the folder is made before the volts";
   press_emergency_stop(rig_.card(), std::chrono::milliseconds(200));
   EXPECT_TRUE(daemon_.logs("the emergency-stop circuit was opened")) << daemon_.log();
-  std::this_thread::sleep_for(std::chrono::seconds(3));
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "over"; });
+  EXPECT_EQ(entry_of(daemon_, entry).at("outcome"), "refused") << daemon_.log();
   EXPECT_EQ(rig_.card().enabled_ns, 0) << daemon_.log();
   EXPECT_NE(client_->call("status").at("state"), "armed");
 }

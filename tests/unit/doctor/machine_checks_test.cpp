@@ -93,13 +93,14 @@ TEST(MachineChecks, LookForTheCauseElsewhereWhenTheLimitAllowsIt) {
 TEST(MachineChecks, JudgeTheLimitsOfTheServiceThatDrivesNotThoseOfTheCaller) {
   const test::TemporaryFolder process;
   process.write("status", "Name:\tehad\nUid:\t997\t997\t997\t997\n");
+  Privileges caller{.fifo_error = EPERM, .dma_latency_error = EACCES};
   const auto limits = [&](const std::string& rtprio) {
     process.write("limits",
                   "Limit                     Soft Limit           Hard Limit           Units     \n"
                   "Max locked memory         unlimited            unlimited            bytes     \n"
                   "Max realtime priority     " +
                       rtprio + "                   95                            \n");
-    return privileges_of_service(process.path());
+    return privileges_of_service(process.path(), caller);
   };
   Machine machine = sound_machine();
   machine.privileges = limits("95").value();
@@ -112,7 +113,14 @@ TEST(MachineChecks, JudgeTheLimitsOfTheServiceThatDrivesNotThoseOfTheCaller) {
   EXPECT_EQ(rtprio.level, Level::fail);
   EXPECT_NE(rtprio.found.find("of ehad, which drives: RLIMIT_RTPRIO is 0"), std::string::npos) << rtprio.found;
   EXPECT_NE(rtprio.remedy.find("systemctl edit ehad: LimitRTPRIO=95"), std::string::npos) << rtprio.remedy;
-  EXPECT_FALSE(privileges_of_service(process.path() / "gone"));
+  EXPECT_FALSE(privileges_of_service(process.path() / "gone", caller));
+  // Root is the one who can try in its place.
+  caller.is_root = true;
+  machine.privileges = limits("95").value();
+  const std::vector<Check> tried = check_machine(machine, on_cpu_1(), Stakes::machine);
+  EXPECT_EQ(named(tried, "scheduling").level, Level::fail);
+  EXPECT_NE(named(tried, "scheduling").remedy.find("control group"), std::string::npos);
+  EXPECT_EQ(named(tried, "c-states").level, Level::warn);
 }
 
 TEST(MachineChecks, NeedNoLimitsForRoot) {
