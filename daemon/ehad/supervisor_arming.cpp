@@ -85,7 +85,8 @@ void Supervisor::require_no_slip() const {
   if (slip == nullptr) return;
   throw Error(
       ExitCode::safety_trip,
-      fmt::format("not armed: the sensor's reading jumped in experiment {}, and the rod may stand elsewhere than "
+      fmt::format("not armed: the sensor's reading jumped in experiment {}, or its rows cannot be read, and the rod "
+                  "may stand elsewhere than "
                   "`eha read` shows: mend its holder or cable and hold a ruler to the rod; where both agree: `eha arm "
                   "--ruler LENGTH`; where not: `eha calibrate --sensor-moved` and its Next",
                   slip->id));

@@ -21,7 +21,7 @@
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/reader_confinement.hpp"
 #include "daemon/record/confined_reader.hpp"
-#include "daemon/record/raw_file.hpp"
+#include "daemon/record/raw_hdf5.hpp"
 
 namespace {
 

@@ -6,8 +6,6 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "daemon/acquisition/tick_record.hpp"
 
@@ -18,23 +16,12 @@ using RecordSource = std::function<void(const std::function<void(std::span<const
 
 /// Writes the raw record as HDF5: one 1-D dataset a member of TickRecord, each with its `unit` and `description`, a
 /// `time_s` counted from the first experiment row, and the journal's header as the text `header`. Opens in MATLAB
-/// (h5read), Octave (load) and h5py. Written under a temporary name, synchronised, then renamed; equal content gives
-/// equal bytes. Constant memory.
+/// (h5read), Octave (load) and h5py. Written under a temporary name by eha-hdf5, synchronised, then renamed; equal
+/// content gives equal bytes. Constant memory.
 /// @param rows       how many records `source` hands over
 /// @param zero_ns    scheduled time of the first experiment row [ns]; 0 when there is none
 /// @throws IoError, PermissionError
 void write_raw_file(const std::filesystem::path& path, const nlohmann::ordered_json& header, std::uint64_t rows,
                     std::int64_t zero_ns, const RecordSource& source);
-
-/// A raw record read back.
-struct RawFile {
-  nlohmann::ordered_json header;
-  std::vector<acquisition::TickRecord> records;
-};
-
-/// For eha-reader, because HDF5 trusts the file's content; others use read_raw_rows (confined_reader.hpp).
-/// @param name  the file's, for messages; empty: its path
-/// @throws IoError, PermissionError  cannot be read; DataError  not such a file, or damaged
-[[nodiscard]] RawFile read_raw_file(const std::filesystem::path& path, const std::string& name = {});
 
 }  // namespace eha::record

@@ -2,26 +2,22 @@
 #include "daemon/record/record_export.hpp"
 
 #include <fmt/format.h>
-#include <matio.h>
-#include <unistd.h>
 
 #include <array>
+#include <cstdint>
 #include <iterator>
-#include <memory>
 #include <vector>
 
 #include "core/code_text.hpp"
-#include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/csv_field.hpp"
-#include "daemon/record/hdf5_handle.hpp"
+#include "daemon/record/file_writer.hpp"
 #include "daemon/record/record_csv.hpp"
 
 namespace eha::record {
 namespace {
 
 constexpr std::size_t kPiece = 60000;
-constexpr const char* kMatHeader = "MATLAB 5.0 MAT-file, record exported by eha";
 
 double time_s(const ident::Record& record, Eigen::Index k) {
   return record.start_s + record.step_s * static_cast<double>(k);
@@ -43,20 +39,20 @@ std::vector<ExportedColumn> columns(const ident::Record& record) {
           {"sample_period_s", "s", Eigen::VectorXd::Constant(1, record.step_s)}};
 }
 
-/// Calls `write` with a temporary name, then renames the file.
-template <typename Write>
-void publish(const std::filesystem::path& path, std::size_t rows, Write&& write) {
-  std::filesystem::path temporary = path;
-  temporary += ".tmp";
-  // The libraries report a full disk as a failure without a reason; HDF5 1.10 even crashes at the end.
-  os::try_space(temporary, rows * 3 * sizeof(double) + (1U << 20), path);
-  try {
-    write(temporary);
-    os::publish_file(temporary, path);
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
+/// @param kind  of eha-hdf5
+void write_columns(std::string_view kind, const ident::Record& record, const std::filesystem::path& path) {
+  const std::vector<ExportedColumn> all = columns(record);
+  constexpr std::uint64_t kOverhead = 1U << 20U;
+  FileWriter writer(kind, path, static_cast<std::uint64_t>(record.input.size()) * 3 * sizeof(double) + kOverhead);
+  writer.send_number(all.size());
+  for (const ExportedColumn& column : all) {
+    const auto size = static_cast<std::uint64_t>(column.values.size());
+    writer.send_text(column.name);
+    writer.send_text(column.unit);
+    writer.send_number(size);
+    writer.send(column.values.data(), size * sizeof(double));
   }
+  writer.commit();
 }
 
 void write_csv_file(const ident::Record& record, const std::filesystem::path& path) {
@@ -66,48 +62,11 @@ void write_csv_file(const ident::Record& record, const std::filesystem::path& pa
 }
 
 void write_mat_file(const ident::Record& record, const std::filesystem::path& path) {
-  publish(path, static_cast<std::size_t>(record.input.size()), [&](const std::filesystem::path& temporary) {
-    const auto require = [&](bool condition) {
-      if (!condition) throw IoError("cannot write " + path.string() + ": the MAT library failed; is the disk full?");
-    };
-    const std::unique_ptr<mat_t, int (*)(mat_t*)> file(Mat_CreateVer(temporary.c_str(), kMatHeader, MAT_FT_MAT5),
-                                                       [](mat_t* open) { return Mat_Close(open); });
-    require(file != nullptr);
-    std::vector<ExportedColumn> all = columns(record);
-    for (ExportedColumn& column : all) {
-      std::array<std::size_t, 2> size{static_cast<std::size_t>(column.values.size()), 1};
-      const std::unique_ptr<matvar_t, void (*)(matvar_t*)> variable(
-          Mat_VarCreate(column.name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2, size.data(), column.values.data(), 0),
-          &Mat_VarFree);
-      require(variable != nullptr && Mat_VarWrite(file.get(), variable.get(), MAT_COMPRESSION_NONE) == 0);
-    }
-  });
+  write_columns(kMatColumns, record, path);
 }
 
 void write_hdf5_file(const ident::Record& record, const std::filesystem::path& path) {
-  const QuietHdf5 quiet;
-  publish(path, static_cast<std::size_t>(record.input.size()), [&](const std::filesystem::path& temporary) {
-    const auto require = [&](bool condition) {
-      if (!condition) throw IoError("cannot write " + path.string() + ": the HDF5 library failed; is the disk full?");
-    };
-    Hdf5File file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT));
-    require(static_cast<bool>(file));
-    for (const ExportedColumn& column : columns(record)) {
-      const auto rows = static_cast<hsize_t>(column.values.size());
-      const Hdf5Space space(H5Screate_simple(1, &rows, nullptr));
-      const Hdf5Dataset dataset(H5Dcreate2(file.get(), column.name.c_str(), H5T_IEEE_F64LE, space.get(), H5P_DEFAULT,
-                                           H5P_DEFAULT, H5P_DEFAULT));
-      require(dataset &&
-              H5Dwrite(dataset.get(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, column.values.data()) >= 0);
-      const std::string unit = column.unit.empty() ? std::string(1, '\0') : column.unit;
-      const Hdf5Type type(H5Tcopy(H5T_C_S1));
-      H5Tset_size(type.get(), unit.size());
-      const Hdf5Space one(H5Screate(H5S_SCALAR));
-      const Hdf5Attribute attribute(H5Acreate2(dataset.get(), "unit", type.get(), one.get(), H5P_DEFAULT, H5P_DEFAULT));
-      require(attribute && H5Awrite(attribute.get(), type.get(), unit.data()) >= 0);
-    }
-    require(file.close());
-  });
+  write_columns(kHdf5Columns, record, path);
 }
 
 constexpr std::array kFormats{RecordFormat{"csv", ".csv", "record as CSV, every row", &write_csv_file},

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/run_header.hpp"
 
+#include <H5public.h>
 #include <fmt/format.h>
-#include <hdf5.h>
 #include <unistd.h>
 
 #include <array>
@@ -24,12 +24,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kJournalSchema = "eha-journal/1";
 
 Json versions() {
-  unsigned major = 0;
-  unsigned minor = 0;
-  unsigned release = 0;
-  H5get_libversion(&major, &minor, &release);
   return {{"ehad", EHA_VERSION},
-          {"hdf5", fmt::format("{}.{}.{}", major, minor, release)},
+          {"hdf5", fmt::format("{}.{}.{}", H5_VERS_MAJOR, H5_VERS_MINOR, H5_VERS_RELEASE)},
           {"boost", BOOST_LIB_VERSION},
           {"nlohmann_json", fmt::format("{}.{}.{}", NLOHMANN_JSON_VERSION_MAJOR, NLOHMANN_JSON_VERSION_MINOR,
                                         NLOHMANN_JSON_VERSION_PATCH)},

@@ -43,7 +43,7 @@ add_custom_command(OUTPUT ${documents}/changelog.gz ${documents}/changelog.Debia
   WORKING_DIRECTORY ${documents}
   VERBATIM)
 add_custom_target(debian_documents ALL DEPENDS ${documents}/changelog.gz ${documents}/changelog.Debian.gz)
-add_custom_target(packaged DEPENDS eha eha-reader eha-safe eha-web eha-worker ehad completion manual debian_documents)
+add_custom_target(packaged DEPENDS eha eha-reader eha-safe eha-web eha-worker eha-hdf5 ehad completion manual debian_documents)
 install(FILES ${PROJECT_SOURCE_DIR}/config/ehad.toml DESTINATION /etc/ehad COMPONENT debian EXCLUDE_FROM_ALL)
 # Samples are where Debian users expect them.
 file(CREATE_LINK ../../ehad ${documents}/examples SYMBOLIC)

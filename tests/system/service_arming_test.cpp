@@ -152,6 +152,20 @@ TEST_F(ServiceArming, KnowsASlipOfARunWhoseServiceWasKilledAsItTripped) {
   EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
 }
 
+TEST_F(ServiceArming, AsksForARulerAfterARunWhoseRowsCannotBeRead) {
+  start();
+  client_->call("arm");
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("ends", 20.0), false);
+  follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  EXPECT_EQ(daemon_.stop(SIGKILL), 128 + SIGKILL);
+  client_.reset();
+  std::ofstream(only_run(daemon_.runs()) / "raw.ehalog") << "not a journal";
+  daemon_.start();
+  const Ended without = arm();
+  EXPECT_EQ(without.code, kTrip) << without.err;
+  EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
+}
+
 TEST_F(ServiceArming, TakesTheCalibrationInForceForAnotherOneNotItsReading) {
   start();
   client_->call("arm");

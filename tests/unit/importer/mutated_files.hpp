@@ -29,6 +29,7 @@
 #include "daemon/importer/foreign_reader.hpp"
 #include "daemon/importer/import.hpp"
 #include "daemon/record/confined_reader.hpp"
+#include "daemon/record/raw_hdf5.hpp"
 #include "tests/unit/importer/damaged_fixtures.hpp"
 #include "tests/unit/temporary_folder.hpp"
 

@@ -12,6 +12,7 @@
 #include "core/os/files.hpp"
 #include "daemon/record/confined_reader.hpp"
 #include "daemon/record/hdf5_handle.hpp"
+#include "daemon/record/raw_hdf5.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 #include "tests/unit/temporary_folder.hpp"
 

@@ -13,7 +13,7 @@
 #include "core/os/files.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
-#include "daemon/record/raw_file.hpp"
+#include "daemon/record/raw_hdf5.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "tests/unit/record/record_fixture.hpp"
