@@ -5,6 +5,7 @@
 #include <limits>
 #include <span>
 
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
 #include "hal/rig.hpp"
 
@@ -35,6 +36,11 @@ class CommandSource {
 
   /// Returns the fault that must end the run, or none. Called in each tick of ramp_in and running.
   [[nodiscard]] virtual Breach breach() const noexcept { return {}; }
+
+  /// What placings before left to this one; none is taken where nothing is placed. Before the first row.
+  virtual void go_on_from(const LackingWay& /*lacking*/) noexcept {}
+  /// What this one leaves; null where nothing is placed.
+  [[nodiscard]] virtual const LackingWay* lacking() const noexcept { return nullptr; }
 
   /// Rows of the run, 1..kMostRows; fixed while it lasts.
   [[nodiscard]] virtual std::uint32_t rows() const noexcept = 0;

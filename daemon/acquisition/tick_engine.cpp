@@ -44,6 +44,8 @@ TickEngine::TickEngine(hal::Rig& rig, StateMachine& machine, CommandSource& sour
       deadlines_(realtime, late_policy) {
   const hal::RigCapabilities& abilities = rig.capabilities();
   if (source.brings_back()) limits_monitor_.allow_way_back();
+  source.go_on_from(earlier.lacking);
+  lacking_ = earlier.lacking;
   if (abilities.has_enable_contact) contact_time_ns_ = std::llround(abilities.enable_contact_time_s * 1e9);
   applied_.applied_V = safe_V_;
   safe_applied_.applied_V = safe_V_;

@@ -69,7 +69,8 @@ class TickEngine {
   /// What the next run begins with; nothing after a fault that sends somebody to the sensor or the valve.
   [[nodiscard]] EarlierRuns left() const noexcept {
     if (names_motion(fault_.fault)) return {};
-    return {following_monitor_.left_in(), slip_monitor_.slipped_in()};
+    return {following_monitor_.left_in(), slip_monitor_.slipped_in(),
+            source_.lacking() != nullptr ? *source_.lacking() : lacking_};
   }
   /// First running tick, from the run's first tick [ns]; 0 before it.
   [[nodiscard]] std::int64_t experiment_ns() const noexcept {
@@ -117,6 +118,7 @@ class TickEngine {
   LimitMonitor limits_monitor_;
   FollowingMonitor following_monitor_;
   SlipMonitor slip_monitor_;
+  LackingWay lacking_;  ///< of the runs before
   DeadlineMonitor deadlines_;
 
   hal::RigReading reading_;      ///< the last good one

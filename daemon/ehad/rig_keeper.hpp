@@ -138,9 +138,14 @@ class RigKeeper {
         std::move(then));
   }
 
-  /// The place was compared with a ruler, or the sensor calibrated: the next run counts slips from 0.
+  /// The place was compared with a ruler, or the sensor calibrated: the next run counts slips and lacking way from 0.
   void forget_slips() {
-    thread_->ask([this] { earlier_.slipped_in = 0.0; }, [](std::future<void>) {});
+    thread_->ask(
+        [this] {
+          earlier_.slipped_in = 0.0;
+          earlier_.lacking = {};
+        },
+        [](std::future<void>) {});
   }
 
   /// Where the rod of a machine was when it was last read; belongs to the rig's thread, so call it in play().

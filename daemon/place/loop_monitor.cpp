@@ -42,8 +42,8 @@ constexpr double kSlowFloor_in_per_s = 0.01;
 constexpr double kFastFloor_in_per_s = 0.03;
 constexpr double kWrongSpeed_s = 0.5;
 constexpr double kNullError_in_per_s = 0.02;  ///< what the valve's error may do to a mean speed, however fast the rod
-constexpr double kLackingShare = 0.8;         ///< of the way that the volts ask for
-constexpr double kMostLacking_in = 0.06;      ///< of that share
+constexpr double kLackingShare = 0.85;        ///< of the way that the volts ask for
+constexpr double kMostLacking_in = 0.04;      ///< of that share
 
 }  // namespace
 
@@ -221,11 +221,13 @@ void LoopMonitor::compare_speed() noexcept {
 void LoopMonitor::add_lacking(double due_in_per_s, double speed_in_per_s) noexcept {
   const double least_in_per_s = due_in_per_s - kSlowFloor_in_per_s;
   if (least_in_per_s <= 0.0) return;
-  lacking_in_ = std::max(0.0, lacking_in_ + (least_in_per_s - speed_in_per_s) * period_s_);
-  asked_in_ = lacking_in_ > 0.0 ? asked_in_ + least_in_per_s * period_s_ : 0.0;
-  asked_s_ = lacking_in_ > 0.0 ? asked_s_ + period_s_ : 0.0;
-  if (lacking_in_ > kMostLacking_in) {
-    trip(Fault::wrong_speed, (asked_in_ - lacking_in_) / asked_s_, asked_in_ / asked_s_);
+  lacking_.way_in += (least_in_per_s - speed_in_per_s) * period_s_;
+  lacking_.asked_in += least_in_per_s * period_s_;
+  lacking_.asked_s += period_s_;
+  if (lacking_.way_in <= 0.0) lacking_ = {};
+  if (lacking_.way_in > kMostLacking_in) {
+    trip(Fault::wrong_speed, (lacking_.asked_in - lacking_.way_in) / lacking_.asked_s,
+         lacking_.asked_in / lacking_.asked_s);
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
+#include "daemon/acquisition/earlier_runs.hpp"
 #include "daemon/acquisition/limit_monitor.hpp"
 #include "daemon/place/speed_slope.hpp"
 #include "hal/rig.hpp"
@@ -45,8 +46,8 @@ struct LoopBounds {
 ///                filtered noise; or the command is at its bound for 0.3 s and the reading moves by less
 ///   wrong_speed  the speed is not within 0.7 to 1.6 times that of [following] for 0.5 s, for a null and a dead band
 ///                known to 0.03 V: the sensor's slope or the rod's gain has changed, or the sensor lags; or, in a
-///                placing, 0.06 in of 0.8 of the way that was due were not measured, in whatever pieces, beside 0.01 to
-///                0.03 in/s for the valve's errors: a wire that slips in jerks; or what SpeedSlope finds, where the
+///                placing, 0.04 in of 0.85 of the way that was due were not measured, in whatever pieces, beside 0.01
+///                to 0.03 in/s for the valve's errors: a wire that slips in jerks; or what SpeedSlope finds, where the
 ///                bounds ask for it
 /// y and u pass the same low-pass filter (0.05 s; twice for wrong_speed). Real-time safe; cost: one pass over 50 ms of
 /// readings. Not thread-safe.
@@ -65,6 +66,10 @@ class LoopMonitor {
   [[nodiscard]] const acquisition::Breach& breach() const noexcept { return breach_; }
 
   [[nodiscard]] const LoopBounds& bounds() const noexcept { return bounds_; }
+
+  /// Of the placings before on this rig, from which this one goes on; before the first reading.
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept { lacking_ = lacking; }
+  [[nodiscard]] const acquisition::LackingWay& lacking() const noexcept { return lacking_; }
 
  private:
   static constexpr std::size_t kLongestWindow = 512;
@@ -103,9 +108,7 @@ class LoopMonitor {
   double saturated_from_in_ = 0.0;
   double slow_s_ = 0.0;
   double fast_s_ = 0.0;
-  double lacking_in_ = 0.0;  ///< way that was due and not measured
-  double asked_in_ = 0.0;    ///< that was due since the sum was last 0
-  double asked_s_ = 0.0;
+  acquisition::LackingWay lacking_;
   SpeedSlope slope_;
 };
 

@@ -28,6 +28,10 @@ class PlaceController {
   /// @param target_in  within the allowed travel
   PlaceController(const config::RigLimits& limits, double period_s, double target_in) noexcept;
 
+  /// See LoopMonitor.
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept { monitor_.go_on_from(lacking); }
+  [[nodiscard]] const acquisition::LackingWay& lacking() const noexcept { return monitor_.lacking(); }
+
   /// The command of one tick [V].
   [[nodiscard]] double voltage_V(const hal::RigReading& last) noexcept;
 

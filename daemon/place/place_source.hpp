@@ -24,6 +24,8 @@ class PlaceSource final : public acquisition::CommandSource {
       : controller_(controller), rows_(rows), begin_(begin) {}
 
   [[nodiscard]] bool brings_back() const noexcept override { return begin_ == Begin::anywhere; }
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept override { controller_.go_on_from(lacking); }
+  [[nodiscard]] const acquisition::LackingWay* lacking() const noexcept override { return &controller_.lacking(); }
 
   [[nodiscard]] std::uint32_t rows() const noexcept override { return rows_; }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return rows_; }
@@ -56,6 +58,8 @@ class StartingSource final : public acquisition::CommandSource {
                  std::unique_ptr<acquisition::CommandSource> source) noexcept
       : controller_(controller), limits_(limits), period_s_(period_s), source_(std::move(source)) {}
 
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept override { controller_.go_on_from(lacking); }
+  [[nodiscard]] const acquisition::LackingWay* lacking() const noexcept override { return &controller_.lacking(); }
   [[nodiscard]] std::uint32_t rows() const noexcept override { return source_->rows(); }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return source_->rows_per_repetition(); }
   [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept override {

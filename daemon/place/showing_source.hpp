@@ -28,6 +28,8 @@ class ShowingSource final : public acquisition::CommandSource {
         rest_s_(kRest_s + 2.0 * bounds_.edge_V / limits.slew_V_per_s),
         source_(std::move(source)) {}
 
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept override { source_->go_on_from(lacking); }
+  [[nodiscard]] const acquisition::LackingWay* lacking() const noexcept override { return source_->lacking(); }
   [[nodiscard]] std::uint32_t rows() const noexcept override { return source_->rows(); }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return source_->rows_per_repetition(); }
   [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept override {

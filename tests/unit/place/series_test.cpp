@@ -2,6 +2,7 @@
 // Series of short runs on one rod, each with monitors of its own.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -53,7 +54,8 @@ struct Step {
 struct Series {
   int runs = 0;  ///< with the one that a fault ended
   Fault fault = Fault::none;
-  double moved_in = 0.0;  ///< true way from where the series began
+  double moved_in = 0.0;          ///< true way from where the series began
+  double fastest_in_per_s = 0.0;  ///< true speed over 50 ms; of jogs only
 };
 
 /// Plays a step again and again, each time from where [start] finds the rod in place.
@@ -104,6 +106,56 @@ Series played(hal::SimOptions plant, const Step& step, int most_runs, bool senso
   return series;
 }
 
+/// Jogs a rod by the reading until one of them ends by a fault. @param slope  of the sensor, of its own
+Series jogged(hal::SimOptions plant, double jog_in, int most_runs, double slope) {
+  plant.scale_in_per_V = 0.295;
+  plant.offset_in = 2.95;
+  plant.initial_displacement_in = 2.95;
+  Random random(5);
+  config::Following following = commissioned(plant, random);
+  following.pressure_delay_s = 0.0;
+  const config::RigConfig rig = rig_with(following);
+  LastingRod rod(plant);
+  std::vector<hal::InjectedFault> faults;
+  if (slope < 1.0) {
+    faults.push_back({.kind = hal::FaultKind::scaled_sensor,
+                      .first_tick = 1,
+                      .ticks = hal::InjectedFault::kAlways,
+                      .amount = slope});
+  }
+  hal::FaultRig sensed(
+      rod, faults, [](std::int64_t) {}, plant.conversion());
+  acquisition::EarlierRuns earlier;
+  Series series;
+  double reading_in = 2.95;
+  for (; series.runs < most_runs && series.fault == Fault::none; ++series.runs) {
+    place::PlaceSource source(place::PlaceController(rig.limits, kTick_s, reading_in + jog_in), 40'000);
+    acquisition::StateMachine machine;
+    machine.reset();
+    machine.arm();
+    acquisition::VirtualClock clock;
+    acquisition::TickEngine engine(sensed, machine, source, rig.limits, rig.realtime, acquisition::LatePolicy::abort,
+                                   clock, earlier);
+    double before_in = rod.place_in();
+    for (std::uint32_t k = 0; !engine.finished(); ++k) {
+      acquisition::TickInputs inputs;
+      inputs.sequence = k;
+      inputs.scheduled_ns = k * kTick_ns;
+      reading_in = engine.tick(inputs).displacement_in;
+      if (k % 50 == 0) {
+        if (k > 0)
+          series.fastest_in_per_s = std::max(series.fastest_in_per_s, std::abs(rod.place_in() - before_in) / 0.05);
+        before_in = rod.place_in();
+      }
+    }
+    rod.rest();
+    earlier = engine.left();
+    series.fault = engine.fault().fault;
+  }
+  series.moved_in = std::abs(rod.place_in() - 2.95);
+  return series;
+}
+
 hal::SimOptions rod_of(double flow) {
   hal::SimOptions plant;
   plant.valve_rated_flow_L_per_min *= flow;
@@ -139,6 +191,28 @@ TEST(SeriesOfRuns, GoesOnWithASoundSensor) {
     for (const Step& step : {Step{4.0, 0.1}, Step{4.0, 0.04}, Step{-3.0, 0.1}, Step{1.0, 0.2}, Step{0.4, 0.5}}) {
       const Series series = played(rod_of(flow), step, 30, false);
       EXPECT_EQ(series.fault, Fault::none) << flow << ": " << step.volts << " V, run " << series.runs;
+    }
+  }
+}
+
+TEST(SeriesOfRuns, EndsOnASensorThatShowsHalfOfEachJogOrKeepsSlow) {
+  for (const double flow : {1.0, 2.0, 4.0, 6.0, 8.5}) {
+    for (const double jog_in : {0.15, 0.2, -0.2}) {
+      const Series series = jogged(rod_of(flow), jog_in, 60, 0.5);
+      EXPECT_EQ(series.fault, Fault::wrong_speed) << flow << ": " << jog_in << " in, " << series.runs << " runs";
+      EXPECT_LT(series.moved_in, 0.5) << flow << ": " << jog_in << " in, " << series.runs << " runs";
+    }
+    // The volts of a shorter one lie within the valve's errors.
+    const Series slow = jogged(rod_of(flow), 0.05, 60, 0.5);
+    EXPECT_LT(slow.fastest_in_per_s, 0.15) << flow << ": " << slow.runs << " runs";
+  }
+}
+
+TEST(SeriesOfRuns, JogsOnWithASoundSensor) {
+  for (const double flow : {1.0, 4.0, 8.5}) {
+    for (const double jog_in : {0.05, 0.1, 0.2, -0.1}) {
+      const Series series = jogged(rod_of(flow), jog_in, 12, 1.0);
+      EXPECT_EQ(series.fault, Fault::none) << flow << ": " << jog_in << " in, run " << series.runs;
     }
   }
 }

@@ -302,12 +302,12 @@ TEST(SlipCampaign, FindsASlopeThatHalvesOnALongWay) {
 
 TEST(SlipCampaign, FindsASlopeThatHalvesOnALongWayOfAFastRod) {
   finds_on_a_long_way(
-      80'000, [](Random&) { return slope_of(0.5); }, kFast_in_per_V_s, 3.0, 2.0, 1.0);
+      80'000, [](Random&) { return slope_of(0.5); }, kFast_in_per_V_s, 3.0, 1.5, 0.55);
 }
 
 TEST(SlipCampaign, FindsASlopeThatFallsTo06OnALongWay) {
   finds_on_a_long_way(
-      82'000, [](Random&) { return slope_of(0.6); }, 0.0, kFast_in_per_V_s, 6.0, 2.6);
+      82'000, [](Random&) { return slope_of(0.6); }, 0.0, kFast_in_per_V_s, 3.0, 1.0);
 }
 
 /// A wire that holds in between: no moment of half a second need look wrong. The sample's sensor gives 3.4 V an inch.
@@ -319,7 +319,7 @@ TEST(SlipCampaign, FindsAWireThatSlipsInJerksOnALongWay) {
                                   .amount = uniform(random, 0.5, 0.7),
                                   .way_V = uniform(random, 0.05, 0.9)};
       },
-      0.0, kFast_in_per_V_s, 3.0, 1.0);
+      0.0, kFast_in_per_V_s, 1.5, 0.5);
 }
 
 }  // namespace
