@@ -19,7 +19,7 @@ constexpr const char* kOutOfTree =
 
 std::string mend_device(const hal::ComediOptions& options, const CardFinding& finding) {
   if (!hal::comedi_available) return "sudo apt-get install libcomedi-dev, then build anew";
-  if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER, then log in again";
+  if (finding.code == ExitCode::permission) return "sudo usermod -aG iocard $USER && echo 'now log in again'";
   if (options.board == kBoard && finding.module == ModuleSupport::not_listed)
     return "first repair the driver, see below";
   return fmt::format("sudo modprobe {}; dmesg says what it found", shell_quoted(options.driver));

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <string>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/priorities.hpp"
@@ -22,12 +23,18 @@ Check missing(std::string name, std::string found, std::string remedy, Stakes st
   return fail(std::move(name), std::move(found), std::move(remedy), ExitCode::permission);
 }
 
-/// @param unit_setting  the same limit in the service's unit
+/// A command that works as it is copied. @param unit_setting  the same limit in the service's unit
 std::string raise_limit(const Privileges& privileges, const std::string& limit, const char* unit_setting) {
   if (privileges.is_of_service) {
-    return fmt::format("sudo systemctl edit ehad: {} below [Service]; then sudo systemctl restart ehad", unit_setting);
+    const std::string folder = "/etc/systemd/system/ehad.service.d";
+    const std::string_view setting(unit_setting);
+    return fmt::format(
+        "sudo mkdir -p {0} && printf '[Service]\\n{1}\\n' | sudo tee {0}/{2}.conf && sudo systemctl daemon-reload && "
+        "sudo systemctl restart ehad",
+        folder, setting, setting.substr(0, setting.find('=')));
   }
-  return fmt::format("echo \"$USER - {}\" | sudo tee -a /etc/security/limits.d/ehad.conf, then log in again", limit);
+  return fmt::format("echo \"$USER - {}\" | sudo tee -a /etc/security/limits.d/ehad.conf && echo 'now log in again'",
+                     limit);
 }
 
 std::string raise_rtprio(const Privileges& privileges) {
@@ -41,7 +48,7 @@ std::string whose(const Privileges& privileges) { return privileges.is_of_servic
 Check check_kernel(const acquisition::KernelFacts& kernel) {
   if (kernel.preempt_rt) return ok("kernel", kernel.release + ", PREEMPT_RT");
   return warn("kernel", kernel.release + ", not PREEMPT_RT: expect ticks late by milliseconds now and then",
-              "sudo apt-get install linux-image-rt-$(dpkg --print-architecture), then reboot into it");
+              "sudo apt-get install linux-image-rt-$(dpkg --print-architecture) && echo 'now reboot into it'");
 }
 
 Check check_scheduling(const Privileges& privileges, int priority, Stakes stakes) {
