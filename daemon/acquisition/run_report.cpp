@@ -9,8 +9,6 @@
 namespace eha::acquisition {
 namespace {
 
-constexpr std::int64_t kBegun_ns = 20'000'000;  // before this time no command has moved the rod
-
 /// Writes a value with at least three decimals, and as many as distinguish it from another.
 std::string told_apart(double value, double other) {
   constexpr int kFewest = 3;

@@ -105,6 +105,12 @@ struct RunReport {
 
 /// Of a description: the readings moved as no rod does.
 inline constexpr std::string_view kReadingJumps = "its reading jumps";
+/// Before this time of a run no command has moved the rod.
+inline constexpr std::int64_t kBegun_ns = 20'000'000;
+/// What to do once the reading has jumped.
+inline constexpr std::string_view kCompareWithRuler =
+    "hold a ruler to the rod and compare it with `eha read` before anything moves; `eha arm --ruler LENGTH` arms where "
+    "they agree, else `eha calibrate --sensor-moved`";
 /// The last cause of no_motion, which is none of a rig file without [following].
 inline constexpr std::string_view kWrongNull =
     "; if all is sound, null or dead band of [following], where the file has it, is wrong: `eha characterise` measures "

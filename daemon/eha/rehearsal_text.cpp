@@ -268,24 +268,6 @@ std::optional<identify::TripCause> trip_cause_of(const std::string& run_folder, 
   }
 }
 
-/// Of a run that reached a travel limit on a rig without [following], which no rehearsal showed; else empty.
-std::string unmeasured_cause(const std::string& run_folder, const Console& console) {
-  try {
-    const record::LoadedRun run = record::read_run(run_folder);
-    const bool is_of_travel = run.manifest.report && run.manifest.report->description.starts_with(
-                                                         acquisition::to_text(acquisition::Fault::travel_limit));
-    if (run.outcome != acquisition::Outcome::faulted || !is_of_travel) return {};
-    if (record::purpose_of(run.manifest) != record::Purpose::models) return {};
-    if (config::parse_rig(run.rig_text, run_folder).limits.following) return {};
-  } catch (const Error& error) {
-    console.debug(error.what());
-    return {};
-  }
-  return "first `eha characterise`: the rig file has no [following], so that nothing showed beforehand where the rod "
-         "goes; with the rig file that it writes `eha check` names the way of the rod, and the offset_V that stops a "
-         "drift";
-}
-
 std::string sentence_on(const identify::TripCause& cause, const std::string& run_folder, const Console& console) {
   return identify::sentence_of(cause, console.unit(record::rig_units(record::read_manifest(run_folder).other)));
 }
@@ -294,18 +276,14 @@ std::string sentence_on(const identify::TripCause& cause, const std::string& run
 
 std::string cause_of_trip(const std::string& run_folder, const Console& console) {
   const auto cause = trip_cause_of(run_folder, console);
-  return cause ? sentence_on(*cause, run_folder, console) : unmeasured_cause(run_folder, console);
+  return cause ? sentence_on(*cause, run_folder, console) : std::string();
 }
 
 bool explain_trip(const std::string& run_folder, const Console& console) {
   const auto cause = trip_cause_of(run_folder, console);
-  if (!cause) {
-    const std::string unmeasured = unmeasured_cause(run_folder, console);
-    if (!unmeasured.empty()) console.info(unmeasured);
-    return !unmeasured.empty();
-  }
+  if (!cause) return false;
   console.info(sentence_on(*cause, run_folder, console));
-  return cause->is_other_valve;
+  return cause->is_other_valve || cause->is_unmeasured;
 }
 
 }  // namespace eha::cli

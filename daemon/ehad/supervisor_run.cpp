@@ -13,6 +13,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "daemon/ehad/supervisor.hpp"
+#include "daemon/record/manifest.hpp"
 
 namespace eha::service {
 namespace {
@@ -61,6 +62,19 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
   }
 }
 
+namespace {
+
+/// Whether the record of a run can say why it reached a limit (identify::trip_cause()), and so what to do: the list of
+/// what is likely would be another answer.
+bool shows_more_than_its_limit(const acquisition::RunReport& report) {
+  using acquisition::Fault;
+  const Fault fault = report.fault.fault;
+  return (fault == Fault::travel_limit || fault == Fault::velocity_limit) &&
+         report.fault.at_ns >= acquisition::kBegun_ns && !acquisition::reading_jumped(report.fault);
+}
+
+}  // namespace
+
 void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
   spdlog::error("experiment {}: not run: {}", entry.id, why);
   active_.reset();
@@ -81,6 +95,10 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
   for (const std::string& sentence : run.report.realtime.refused) spdlog::warn("{}", sentence);
   entry.outcome = acquisition::to_text(outcome);
   entry.note = acquisition::describe(run.report, DisplayUnit(rig_.config()->units));
+  if (!run.only_placed && shows_more_than_its_limit(run.report)) {
+    entry.note = fmt::format("{}; `eha runs show {}` says what to do", record::without_remedy(entry.note),
+                             shell_word(entry.run));
+  }
   if (outcome == Outcome::interrupted && !stopped_by.empty()) entry.note += fmt::format(" ({})", stopped_by);
   if (outcome == Outcome::interrupted && stopped_by.empty() && shutting_down_) entry.note += " (ehad was ended)";
   const bool is_unguarded = rig_.guard() == GuardState::died;

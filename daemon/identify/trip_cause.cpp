@@ -79,6 +79,11 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
       return TripCause{.is_of_sensor = true, .speed_in_per_s = motion.speed_in_per_s, .noise_in = reading_noise(y)};
     }
     if (!is_travel) return std::nullopt;
+    if (!rig.limits.following) {
+      return record::purpose_of(run.manifest) == record::Purpose::models
+                 ? std::optional(TripCause{.is_unmeasured = true})
+                 : std::nullopt;
+    }
     const config::PreparedExperiment experiment =
         config::parse_prepared_experiment(run.experiment_text, (run.folder / "run.json (experiment)").string(), rig);
     const std::optional<Drift> drift = drift_of(experiment, rig, y);
@@ -111,6 +116,9 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
         "scatter by {:.2g} {} (rms). Less volts do not help: {}",
         factor * std::abs(cause.speed_in_per_s), in, factor * cause.noise_in, in, remedy_of(cause));
   }
+  if (cause.is_unmeasured) {
+    return "the rig file has no [following], so that nothing showed beforehand where the rod goes: " + remedy_of(cause);
+  }
   std::string text = fmt::format("the rod drifted at {:+.4f} {}/s into the limit", factor * cause.speed_in_per_s, in);
   if (cause.is_other_valve) {
     const std::string stops = cause.offset_V ? fmt::format(" (offset_V = {:.3f} stops it)", *cause.offset_V) : "";
@@ -134,6 +142,10 @@ std::string remedy_of(const TripCause& cause) {
   if (cause.is_of_sensor) {
     return "look at the sensor's supply, cable, shield and earth (`eha read` shows its noise), or put a low-pass "
            "filter of some 100 Hz before the card's input";
+  }
+  if (cause.is_unmeasured) {
+    return "first `eha characterise`; with the rig file that it writes `eha check` names the way of the rod, and the "
+           "offset_V that stops a drift";
   }
   if (cause.is_other_valve) return "`eha characterise` measures the valve of today, and shows a leak";
   if (cause.offset_V) {

@@ -53,6 +53,28 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   EXPECT_NE(tripped.err.find("offset_V = -0."), std::string::npos) << tripped.err;
 }
 
+TEST(Rehearsal, ThatWasNotPossibleLeavesOneRemedyForATripOnTerminalAndPage) {
+  const TemporaryFolder folder;
+  std::string rig = content_of(source_file("config/rigs/sim.toml"));
+  const std::size_t following = rig.find("[following]");
+  rig.erase(following, rig.find("# How ticks are kept.") - following);
+  folder.write("unmeasured.toml", rig);
+  folder.write("drifts.toml", kDrifts);
+  const Ended tripped = run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", "unmeasured.toml"}, folder.path());
+  ASSERT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
+  ASSERT_NE(tripped.err.find("travel_limit"), std::string::npos) << tripped.err;
+  const std::string cause = "he rig file has no [following], so that nothing showed beforehand where the rod goes: ";
+  const std::string likely = "start nearer to mid-travel";
+  std::string page;
+  for (const auto& run : std::filesystem::directory_iterator(folder.path() / "runs")) {
+    if (std::filesystem::exists(run.path() / "report.html")) page = content_of(run.path() / "report.html");
+  }
+  for (const std::string& text : {tripped.err, page}) {
+    EXPECT_NE(text.find(cause), std::string::npos) << text.substr(0, 5000);
+    EXPECT_EQ(text.find(likely), std::string::npos) << text.substr(0, 5000);
+  }
+}
+
 TEST(Rehearsal, ThatPromisedOtherwiseShowsAnotherRig) {
   const TemporaryFolder folder;
   std::string rig = content_of(source_file("config/rigs/sim.toml"));

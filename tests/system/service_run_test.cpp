@@ -338,7 +338,11 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   const Json over = follow(daemon, bad);
   EXPECT_EQ(over.at("outcome"), "faulted");
   EXPECT_EQ(over.at("exit_code"), static_cast<int>(ExitCode::safety_trip)) << over;
-  EXPECT_NE(over.at("note").get<std::string>().find("travel_limit"), std::string::npos) << over;
+  const std::string note = over.at("note");
+  EXPECT_NE(note.find("travel_limit"), std::string::npos) << over;
+  EXPECT_NE(note.find("; `eha runs show " + over.at("run").get<std::string>() + "` says what to do"), std::string::npos)
+      << "what the record shows is the one remedy: " << note;
+  EXPECT_EQ(note.find("lower the excitation"), std::string::npos) << note;
   EXPECT_EQ(client.call("status").at("state"), "faulted");
   EXPECT_EQ(client.call("status").at("lease").at("uid"), geteuid()) << "the holder may be at the rod";
   EXPECT_EQ(entry_of(daemon, good).at("state"), "held");
