@@ -204,9 +204,8 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
       return fmt::format(
           "the sensor's reading jumped by {0:+.3f} {2} in all, as no rod moves, {1:.3f} {2} are allowed: its coupling "
           "or holder slips, or its track or plug is worn, and the rod may stand that far from the reading; mend that, "
-          "hold a ruler to the rod and compare it with `eha read` before anything moves; `eha arm --ruler LENGTH` arms "
-          "where they agree, else `eha calibrate --sensor-moved`",
-          shown_value, std::abs(shown_limit), length);
+          "{3}",
+          shown_value, std::abs(shown_limit), length, kCompareWithRuler);
     case Fault::wrong_place:
       return fmt::format(
           "by its volts the rod may be {0:+.2f} {2} from where its sensor shows it, and so at its travel limit of "

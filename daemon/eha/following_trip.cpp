@@ -27,11 +27,8 @@ Trip trip_of(const acquisition::FaultReport& fault) {
 
 Trip trip_of(const record::Manifest& manifest) {
   using acquisition::Fault;
-  using Json = nlohmann::ordered_json;
-  const Json::json_pointer place("/report/fault");
-  if (!manifest.other.contains(place)) return {};
-  const Json& fault = manifest.other.at(place);
-  if (!fault.is_object() || !fault.contains("cause") || !fault.at("cause").is_string()) return {};
+  const nlohmann::ordered_json fault = record::fault_of(manifest);
+  if (fault.is_null()) return {};
   Trip trip{fault.at("cause").get<std::string>(), record::reading_jumped(manifest)};
   const auto number = [&](const char* key) {
     return fault.contains(key) && fault.at(key).is_number() ? fault.at(key).get<double>() : std::nan("");

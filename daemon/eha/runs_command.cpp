@@ -94,6 +94,22 @@ void show_report(const record::ReportEntry& report, const fs::path& run, Console
                             counters.timeouts == 1 ? "" : "s", counters.dropped, counters.clamped));
 }
 
+/// The fault of a run whose process was killed before it wrote a report, by what it had written; empty without one.
+std::string fault_without_report(const record::Manifest& manifest) {
+  const Json fault = manifest.report ? Json() : record::fault_of(manifest);
+  if (fault.is_null()) return {};
+  const bool has_jumped = record::reading_jumped(manifest);
+  return fmt::format(
+      "{}{}: its process ended before the report was written{}", one_line(fault.at("cause").get<std::string>()),
+      fault.contains("at_s") && fault.at("at_s").is_number()
+          ? fmt::format(" at {:.3f} s", fault.at("at_s").get<double>())
+          : " by its rows",
+      has_jumped ? fmt::format("; the rod may stand elsewhere than its sensor shows it: mend the sensor, "
+                               "{}",
+                               acquisition::kCompareWithRuler)
+                 : "");
+}
+
 /// Why no valve sheet comes from a run that was to measure one; empty where it has one, or was not to.
 std::string why_no_sheet(const fs::path& run, const record::Manifest& manifest) {
   if (record::purpose_of(manifest) != record::Purpose::valve_sheet || !manifest.outcome) return {};
@@ -327,6 +343,9 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
     }
   }
   if (manifest.report) show_report(*manifest.report, command.run, console);
+  if (const std::string fault = fault_without_report(manifest); !fault.empty()) {
+    console.print("         " + fault);
+  }
   const Json entry = entry_of_run(command.run, command.socket);
   if (const std::string text = progress_text(entry); !text.empty()) console.print("service  the run " + text);
   print_answer(command.run, manifest, console);

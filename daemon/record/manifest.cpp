@@ -370,24 +370,28 @@ Manifest new_manifest(const Json& header, const std::string& utc_start) {
   return manifest;
 }
 
-bool reading_jumped(const Manifest& manifest) {
+Json fault_of(const Manifest& manifest) {
   const auto part = [](const Json& json, const char* key) {
     return json.is_object() && json.contains(key) ? json.at(key) : Json();
   };
   Json fault = part(part(manifest.other, "report"), "fault");
   if (fault.is_null() && manifest.recovery) fault = part(manifest.recovery->end, "fault");
-  if (const Json of_rows = part(manifest.other, kFaultOfRows); fault.is_null() && of_rows.is_string()) {
-    return of_rows == acquisition::to_text(acquisition::Fault::sensor_slip) ||
-           of_rows == acquisition::to_text(acquisition::Fault::velocity_limit);
-  }
-  const Json cause = part(fault, "cause");
+  const Json of_rows = part(manifest.other, kFaultOfRows);
+  if (fault.is_null() && of_rows.is_string()) fault = {{"cause", of_rows}};
+  return part(fault, "cause").is_string() ? fault : Json();
+}
+
+bool reading_jumped(const Manifest& manifest) {
+  const Json fault = fault_of(manifest);
+  if (fault.is_null()) return false;
+  const auto is = [&](acquisition::Fault one) { return fault.at("cause") == acquisition::to_text(one); };
   const auto number = [&](const char* key) {
-    const Json json = part(fault, key);
-    return json.is_number() ? json.get<double>() : std::nan("");
+    return fault.contains(key) && fault.at(key).is_number() ? fault.at(key).get<double>() : std::nan("");
   };
+  if (is(acquisition::Fault::velocity_limit) && !fault.contains("value")) return true;
   acquisition::FaultReport report{.value = number("value"), .limit = number("limit")};
   for (const acquisition::Fault one : {acquisition::Fault::sensor_slip, acquisition::Fault::velocity_limit}) {
-    if (cause == acquisition::to_text(one)) report.fault = one;
+    if (is(one)) report.fault = one;
   }
   return acquisition::reading_jumped(report);
 }

@@ -88,8 +88,11 @@ struct Manifest {
 /// Key of run.json: the first fault of a recovered run by its rows, where the journal's end was not written.
 inline constexpr const char* kFaultOfRows = "fault_of_rows";
 
-/// As acquisition::reading_jumped() of the run's fault, by the report or, of a recovered run, by the journal's end, or
-/// else by its rows. These have no speed, so that every velocity_limit of them counts.
+/// The fault that ended a run, in the form of describe_report(): by the report or, of a recovered run, by the journal's
+/// end; where that was not written by its rows, which have the "cause" and no figures. Null without a fault.
+[[nodiscard]] nlohmann::ordered_json fault_of(const Manifest& manifest);
+
+/// As acquisition::reading_jumped() of fault_of(). Rows have no speed, so that every velocity_limit of them counts.
 [[nodiscard]] bool reading_jumped(const Manifest& manifest);
 
 /// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed

@@ -27,8 +27,7 @@ RunSummary summary_of(const std::string& folder, const Manifest& manifest) {
   if (manifest.identification && manifest.identification->recommendation) {
     summary.recommended = manifest.identification->recommendation->model;
   }
-  const Json::json_pointer cause("/report/fault/cause");
-  if (manifest.other.contains(cause) && manifest.other.at(cause).is_string()) summary.fault = manifest.other.at(cause);
+  if (const Json fault = fault_of(manifest); !fault.is_null()) summary.fault = fault.at("cause");
   const auto tick_s = manifest.other.find("sample_period_s");
   if (tick_s == manifest.other.end() || !tick_s->is_number()) return summary;
   const auto ticks = manifest.report     ? manifest.report->counters.ticks

@@ -229,5 +229,20 @@ TEST(RunsShow, RefusesWhatIsNoRun) {
   expect_refused(folder, {"runs", "show", "none"}, ExitCode::io, {"none"});
 }
 
+TEST(RunsShow, SaysOfARunThatWasKilledAfterASlipWhatToDo) {
+  const TemporaryFolder folder;
+  folder.write("run.json",
+               R"({"schema": "eha-run/1", "outcome": "recovered", "name": "sine", "fault_of_rows": "sensor_slip",
+                   "recovery": {"utc": "", "rows": 8138, "torn_bytes": 0, "end": null}})");
+  const Ended show = run_eha({"runs", "show", folder.path().string()}, folder.path());
+  ASSERT_EQ(show.code, 0) << show.err;
+  EXPECT_NE(show.out.find("sensor_slip by its rows: its process ended before the report was written; the rod may stand "
+                          "elsewhere than its sensor shows it"),
+            std::string::npos)
+      << show.out;
+  EXPECT_NE(show.out.find("`eha arm --ruler LENGTH`"), std::string::npos) << show.out;
+  EXPECT_NE(show.out.find("Next: eha read"), std::string::npos) << show.out;
+}
+
 }  // namespace
 }  // namespace eha::test

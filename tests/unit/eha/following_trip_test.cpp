@@ -6,6 +6,7 @@
 
 #include "config/rig_config.hpp"
 #include "daemon/eha/next_command.hpp"
+#include "daemon/record/report_json.hpp"
 
 namespace eha::cli {
 namespace {
@@ -36,6 +37,23 @@ TEST(FollowingTrip, KnowsAJumpOfTheReadingByItsFiguresNotByWords) {
     record::put_report(manifest, report, "");
     EXPECT_EQ(may_be_of_following(trip_of(manifest)), value > 0.02);
   }
+}
+
+TEST(FollowingTrip, KnowsTheFaultOfAKilledRunByTheJournalsEndOrByItsRows) {
+  using acquisition::Fault;
+  record::Manifest manifest = record::manifest_from_header({{"name", "sine"}});
+  manifest.outcome = acquisition::Outcome::recovered;
+  manifest.recovery = record::RecoveryEntry{};
+  EXPECT_EQ(trip_of(manifest).fault, "");
+  manifest.other[record::kFaultOfRows] = "sensor_slip";
+  EXPECT_EQ(trip_of(manifest).fault, "sensor_slip");
+  EXPECT_TRUE(trip_of(manifest).reading_jumps);
+  manifest.other.erase(record::kFaultOfRows);
+  acquisition::RunReport report;
+  report.fault = {.fault = Fault::no_motion, .value = 0.01, .limit = 0.2};
+  manifest.recovery->end = record::describe_end(report);
+  EXPECT_EQ(trip_of(manifest).fault, "no_motion");
+  EXPECT_FALSE(trip_of(manifest).reading_jumps);
 }
 
 }  // namespace

@@ -35,6 +35,14 @@ TEST(RunSummary, TakesTheLengthOfARecoveredRunFromItsRows) {
   EXPECT_EQ(summary.purpose, Purpose::models);
 }
 
+TEST(RunSummary, TakesTheFaultOfAKilledRunFromItsRows) {
+  const Manifest manifest =
+      manifest_from_json(Json::parse(R"({"schema": "eha-run/1", "outcome": "recovered", "fault_of_rows": "sensor_slip",
+                      "recovery": {"utc": "", "rows": 8138, "torn_bytes": 0, "end": null}})"),
+                         "run.json");
+  EXPECT_EQ(summary_of("/runs/b", manifest).fault, "sensor_slip");
+}
+
 TEST(RunSummary, NamesTheRecommendedModel) {
   Json run = Json::parse(R"({"schema": "eha-run/1", "outcome": "completed", "identification": {"models": [],
       "recommendation": {"model": "io", "reason": "the only one", "runner_up": null}}})");
