@@ -22,6 +22,7 @@ constexpr double kNoRod = 3.0;  // times the velocity limit: a reading that jump
 
 /// Motion below it is of a sensor's noise and resolution.
 constexpr double kNoMotion_in = 0.0005;
+constexpr double kMostTrembling_in = 0.02;  // of a reading that stands still
 
 constexpr const char* kAnew =
     "`eha characterise --without-following -o rig-bare.toml` and its Next measure [following] anew";
@@ -31,8 +32,15 @@ constexpr const char* kAnew =
 std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit& unit) {
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");
+  if (moved_in > std::max(due_in, kNoMotion_in)) {
+    return fmt::format(
+        "a closed loop drove the rod, and the sensor shows {0:.2g} {2} of motion where {1:.2g} {2} were due: not the "
+        "motion of its volts; likely, in this order: the sensor or its wire is loose, so that the reading jumps, a "
+        "load moves the rod: see that `eha read` follows the rod and stands while it stands; if it does, {3}",
+        factor * moved_in, factor * due_in, length, kAnew);
+  }
   // Noise of a reading that stands still does not go back further than the way that was due.
-  if (moved_in < -std::max(due_in, kNoMotion_in)) {
+  if (moved_in < -std::clamp(due_in, kNoMotion_in, kMostTrembling_in)) {
     const std::string shown =
         due_in < kNoMotion_in ? fmt::format("{:.2g} {} of motion while no motion was due", -factor * moved_in, length)
                               : fmt::format("{:.2g} {} the other way where {:.2g} {} were due", -factor * moved_in,
@@ -47,7 +55,7 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
       "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
       "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
       "rod), oil past the piston{3}",
-      factor * moved_in, factor * due_in, length, kWrongNull);
+      factor * std::max(0.0, moved_in), factor * due_in, length, kWrongNull);
 }
 
 std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {

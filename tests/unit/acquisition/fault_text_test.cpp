@@ -50,6 +50,16 @@ TEST(FaultText, BlamesNoNullForAReadingThatOnlyTrembled) {
   EXPECT_FALSE(holds(text, "other way")) << text;
 }
 
+TEST(FaultText, SaysOfARodThatMovedWhichWayAndThatItWasMoreThanDue) {
+  const std::string more = text_of(0.031, 0.0034);
+  EXPECT_TRUE(holds(more, "the sensor shows 0.031 in of motion where 0.0034 in were due: not the motion of its volts"))
+      << more;
+  EXPECT_FALSE(holds(more, "hydraulics")) << more;
+  const std::string back = text_of(-0.3, 0.5);
+  EXPECT_TRUE(holds(back, "the sensor shows 0.3 in the other way where 0.5 in were due")) << back;
+  EXPECT_FALSE(holds(text_of(-0.0004, 0.0031), "-0.0")) << "no way has a sign";
+}
+
 TEST(FaultText, BlamesTheSensorForAnErrorThatNoValveMakesInTheTime) {
   RunReport report;
   report.outcome = Outcome::faulted;
