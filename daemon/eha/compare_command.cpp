@@ -135,8 +135,8 @@ std::vector<sheet::RunSheet> sheets_of(const std::vector<std::string>& records, 
 }
 
 ExitCode compare_valves(const std::vector<sheet::RunSheet>& sheets, const CompareCommand& command, Console& console) {
-  console.set_rig(access_of_run(sheets.back().folder));
   const sheet::ComparedSheets compared = sheet::compare_sheets(sheets, console.unit(sheets.front().rig.units));
+  console.set_rig(access_of_run(sheets[compared.measured_again].folder));
   std::string text = compared.heading + "\n";
   for (const std::string& sentence : compared.sentences) text += sentence + "\n";
   for (std::size_t i = 0; i < compared.quantities.size(); ++i) {
@@ -170,7 +170,7 @@ ExitCode compare_valves(const std::vector<sheet::RunSheet>& sheets, const Compar
 void say_next_of_change(const identify::Source& source, const std::string& name, bool changes_valve,
                         const std::optional<ident::Intersample>& intersample, const Console& console) {
   if (source.run_folder && changes_valve) {
-    console.next_step(suggest::characterise(console.rig()));
+    console.next_step(suggest::characterise(access_of_run(*source.run_folder)));
   } else if (source.run_folder) {
     console.next_step(report_of_run(*source.run_folder, "eha fit " + shell_word(name)));
   } else {

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/capitalised.hpp"
 #include "daemon/eha/change_text.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/terminal_table.hpp"
@@ -82,12 +84,39 @@ std::string of_rig(const identify::Source& source) {
   return source.name + (rig.empty() ? "" : " on " + rig);
 }
 
+suggest::RigAccess access_of_record(const identify::Source& source) {
+  return source.run_folder ? access_of_run(*source.run_folder) : access_of_file();
+}
+
+/// The commands of a text that speaks of records, for their rig; of several rigs what the command measures, as one
+/// command is for one rig. @param spoken_of  numbers of sources   @param for_page  with names that hold anywhere
+std::string with_commands(const std::string& text, const std::vector<identify::Source>& sources,
+                          const std::vector<std::size_t>& spoken_of, bool for_page = false) {
+  constexpr std::string_view kCommand = "`eha characterise`";
+  std::string whole;
+  for (const std::size_t one : spoken_of) {
+    const suggest::RigAccess rig = access_of_record(sources[one]);
+    const std::string completed = suggest::completed(text, for_page ? for_a_page(rig) : rig);
+    if (whole.empty()) whole = completed;
+    if (completed == whole) continue;
+    std::string named = text;
+    for (std::size_t at = named.find(kCommand); at != std::string::npos; at = named.find(kCommand)) {
+      named.replace(at, kCommand.size(), "a valve sheet of each rig");
+    }
+    return named;
+  }
+  return whole;
+}
+
 /// Says what to look at on the bench, where a parameter is shown to have changed.
 /// @param source  the last one with a change   @param found  what explains another map
+/// @param complete  makes the commands of the advice whole; none: for the rig of the console
 void add_to_do(Compared& out, const std::vector<const ident::PlantChange*>& changes, std::size_t source,
-               std::string_view then, report::MapCause found = report::MapCause::unknown) {
-  const std::string advice = report::advice_on(changes, found, then);
+               std::string_view then, report::MapCause found = report::MapCause::unknown,
+               const std::function<std::string(const std::string&)>& complete = {}) {
+  std::string advice = report::advice_on(changes, found, then);
   if (advice.empty()) return;
+  if (complete) advice = complete(advice);
   out.text += "To do: " + wrapped(advice, 7) + "\n";
   out.changed_source = source;
   out.changes_valve =
@@ -222,6 +251,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             .measured = run.fit.measured,
                             .simulated = run.fit.simulated});
     out.subjects.back().input_range = input_range(sources[i].record);
+    out.subjects.back().rig = for_a_page(access_of_record(sources[i]));
     out.text +=
         fmt::format("{} {}: {} fitted, R2 {} %, rms error {:.3g} {}, {} samples\n", i == 0 ? "before" : "after ",
                     of_rig(sources[i]), model.name, ident::percent_text(score.r2_percent, 3), std::sqrt(score.mse),
@@ -245,9 +275,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (!found) continue;
     const DisplayUnit unit(comparison.runs.front().fit.model.output_unit);
     // The next step is for the rig that leaks; the other one may be sound.
-    leak = titles[i] + ": " + suggest::completed(ident::leak_finding(*found, unit), access_of_run(*source.run_folder));
+    const std::string finding = titles[i] + ": " + ident::leak_finding(*found, unit);
+    leak = with_commands(finding, sources, {i});
+    out.findings.sentences.push_back(with_commands(finding, sources, {i}, true));
   }
-  if (!leak.empty()) out.findings.sentences.push_back(leak);
   std::string found = leak.empty() ? "" : "\n" + leak + "\n";
   const auto is_tight = [&](const identify::Source& source) {
     return source.run_folder && record::sheet_says_beside(*source.run_folder) == ident::SheetSays::is_tight;
@@ -288,7 +319,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
       out.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles[i], subject.cannot_tell));
     }
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
-    found += change_sentences(change, model, shows);
+    found += with_commands(change_sentences(change, model, shows), sources, {i});
     add_changes(out.findings.sentences, titles[i], change, model, shows);
     if (run.bent_map && leak.empty()) {
       const std::string bent = fmt::format(
@@ -300,8 +331,10 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
           is_bent_by_leak
               ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
               : "two valve sheets (`eha characterise`) compare the valve alone");
-      found += "  " + bent + "\n";
-      out.findings.sentences.push_back(capitalised(bent) + ".");
+      const std::vector<std::size_t> spoken_of =
+          is_bent_by_leak ? std::vector{run.bent_map->is_first ? 0 : i} : std::vector<std::size_t>{0, i};
+      found += "  " + with_commands(bent, sources, spoken_of) + "\n";
+      out.findings.sentences.push_back(with_commands(capitalised(bent) + ".", sources, spoken_of, true));
     }
     if (subject.left_over.changed && subject.judges_left_over) {
       found += "  " + left_over + "\n";
@@ -309,7 +342,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     }
     if (const std::string cause = report::cause_sentence(subject); !cause.empty()) {
       // Of two runs it is what to do.
-      if (out.subjects.size() > 2) found += "  " + cause + "\n";
+      if (out.subjects.size() > 2) found += "  " + with_commands(cause, sources, {i}) + "\n";
     }
     found += "  " + holds + "\n  " + report::tested_sentence(change) + "\n" + table_of(first, subject);
     out.findings.sentences.push_back(holds);
@@ -343,7 +376,7 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (comparison.runs.front().fit.model.input_map) out.text += fmt::format("{}\n", ident::kDeadBandIs);
   }
   std::vector<const ident::PlantChange*> changes;
-  std::size_t last = 0;
+  std::vector<std::size_t> changed;
   report::MapCause map_cause = report::MapCause::unknown;
   for (std::size_t i = 1; i < out.subjects.size(); ++i) {
     const report::ComparedSubject& subject = out.subjects[i];
@@ -351,14 +384,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     if (!is_claimed || !subject.change->changed) continue;
     changes.push_back(&*subject.change);
     if (map_cause == report::MapCause::unknown) map_cause = subject.map_cause;
-    last = i;
+    changed.push_back(i);
   }
-  add_to_do(out, changes, last, report::kUntilKnown, map_cause);
+  add_to_do(out, changes, changed.empty() ? 0 : changed.back(), report::kUntilKnown, map_cause,
+            [&](const std::string& advice) { return with_commands(advice, sources, changed); });
   // Where no parameter is shown to have changed: of the last run that differs.
   for (std::size_t i = out.subjects.size() - 1; i > 0 && changes.empty(); --i) {
     const report::ComparedSubject& subject = out.subjects[i];
     if (report::is_alike(subject) && sources.size() > 2) continue;
-    out.text += "To do: " + wrapped(report::to_do_of(subject), 7) + "\n";
+    out.text += "To do: " + wrapped(with_commands(report::to_do_of(subject), sources, {i}), 7) + "\n";
     if (report::cause_sentence(subject).empty()) break;
     out.changed_source = i;
     out.changes_valve = !subject.is_tight;  // else its sheet is there

@@ -24,6 +24,11 @@ namespace {
 
 constexpr double kMostShown = 10.0;  // joint half widths to both sides
 
+/// The commands of a text on one record, for the rig of that record.
+std::string on_its_rig(const ComparedSubject& subject, const std::string& text) {
+  return subject.rig ? suggest::completed(text, *subject.rig) : text;
+}
+
 std::string changes_table(const ComparedSubject& first, const ComparedSubject& subject) {
   const ident::Model& model = subject.model;
   std::vector<std::vector<std::string>> rows;
@@ -88,7 +93,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
   Item item{.heading = fmt::format("From {} to {}", first.label, subject.label)};
   if (subject.unfit) {
     item.html = paragraph(unfit_sentence(first, subject)) + paragraph(first_model_sentence(first, subject));
-    item.remark.to_do = to_do_of(subject);
+    item.remark.to_do = on_its_rig(subject, to_do_of(subject));
     return item;
   }
   item.html = changes_table(first, subject);
@@ -115,7 +120,7 @@ Item changes_item(const ComparedSubject& first, const ComparedSubject& subject) 
     item.remark.seen += fmt::format(" A value beyond {:g} is an arrow with its number, without a bar.", kMostShown);
   item.remark.good = "Every bar reaches the dashed line at 0, as on an unchanged rig; one that does not is a change.";
   if (leaves_other(subject)) item.remark.seen += " " + left_over_sentence(first, subject);
-  item.remark.to_do = to_do_of(subject);
+  item.remark.to_do = on_its_rig(subject, to_do_of(subject));
   if (subject.first_model_error > 0.0) item.remark.seen += " " + first_model_sentence(first, subject);
   std::vector<std::string> not_shown;
   for (const ident::ParameterChange& p : change.parameters) {
@@ -273,7 +278,8 @@ std::vector<ident::Model> labelled(const std::vector<ComparedSubject>& subjects)
 /// @param range  least and greatest input of the records; none without a record
 std::optional<Item> valve_item(const std::vector<ident::Model>& models,
                                const std::optional<std::pair<double, double>>& range) {
-  constexpr double kShownDeadBands = 4.0;
+  constexpr double kShownDeadBands = 2.0;  // on each side of the null, in which a change of the dead band is seen
+  constexpr double kMuchWider = 3.0;
   std::vector<const ident::Model*> valves;
   double low = 0.0;
   double high = 0.0;
@@ -281,7 +287,7 @@ std::optional<Item> valve_item(const std::vector<ident::Model>& models,
   for (const ident::Model& model : models) {
     if (!model.input_map) continue;
     const ident::ValveMap& map = *model.input_map;
-    const double reach = kShownDeadBands * map.dead_band + 0.1;
+    const double reach = kShownDeadBands * map.dead_band + 0.05;
     low = valves.empty() ? map.null - reach : std::min(low, map.null - reach);
     high = valves.empty() ? map.null + reach : std::max(high, map.null + reach);
     valves.push_back(&model);
@@ -289,8 +295,21 @@ std::optional<Item> valve_item(const std::vector<ident::Model>& models,
                                     map.null - map.dead_band, map.null + map.dead_band, model.input_unit);
   }
   if (valves.empty()) return std::nullopt;
-  if (range) std::tie(low, high) = *range;
-  item.figure = plot::Figure{.title = item.heading, .panels = {valve_panel(valves, low, high)}};
+  plot::Panel about_null = valve_panel(valves, low, high);
+  item.figure = plot::Figure{.title = item.heading, .panels = {}};
+  // Over the volts of a record a dead band is a few hundredths of the picture.
+  if (range && range->second - range->first > kMuchWider * (high - low)) {
+    item.figure->panels.push_back(valve_panel(valves, range->first, range->second));
+    for (plot::Series& series : about_null.series) series.label.clear();
+    for (plot::Shade& shade : about_null.shades) shade.label.clear();
+    for (plot::Rule& rule : about_null.rules) rule.label.clear();
+    about_null.x_label += ", about the null";
+    // Panels without ranges of their own share one.
+    item.figure->panels.front().x_range = *range;
+    about_null.x_range = std::pair(low, high);
+    item.remark.seen += "The lower picture shows the same about the null. ";
+  }
+  item.figure->panels.push_back(std::move(about_null));
   item.remark.good = "Lines that cover one another.";
   item.remark.to_do = "A wider flat part is a wider dead band; a shifted one is a null that moved.";
   return item;

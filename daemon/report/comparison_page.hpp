@@ -31,6 +31,8 @@ struct ComparedSubject {
   MapCause map_cause = MapCause::unknown;     ///< of another map, as the records show it
   /// Least and greatest input that the record has; none without a record.
   std::optional<std::pair<double, double>> input_range = {};
+  /// How the rig of its record is reached, for a page; none: as findings.rig.
+  std::optional<suggest::RigAccess> rig = {};
   // The record and the model on it, of one length; empty for a model alone.
   Eigen::VectorXd time_s = {};
   Eigen::VectorXd measured = {};
@@ -93,7 +95,7 @@ struct ComparisonFindings {
   std::vector<std::string> sentences = {};
   std::string to_do = {};                      ///< beside that of the changes; empty: nothing to say
   std::vector<std::string> sources = {};       ///< what is compared, with when it was written and its hash
-  std::optional<suggest::RigAccess> rig = {};  ///< how that of the last record is reached; none: of models alone
+  std::optional<suggest::RigAccess> rig = {};  ///< of what is said of all together; none: of models alone
 };
 
 /// Returns distinct short names of runs, records and model files: a run's folder, a file's name without its ending,

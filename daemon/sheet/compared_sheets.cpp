@@ -65,7 +65,6 @@ bool ComparedQuantity::changed() const { return std::abs(after.value - before.va
 
 ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit) {
   ComparedSheets compared;
-  compared.rig = sheets.back().access;
   for (const RunSheet& run : sheets) {
     const bool is_first = &run == &sheets.front();
     compared.names.push_back(fmt::format("{} on {}", run.folder.string(), run.rig.name));
@@ -78,15 +77,19 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
   }
   set_joint_intervals(compared.quantities);
   std::vector<std::string> changed;
-  for (const auto& quantities : compared.quantities) {
-    for (const ComparedQuantity& one : quantities) {
+  const auto leak = ident::leak_of(sheets.back().sheet);
+  compared.measured_again = sheets.size() - 1;
+  for (std::size_t i = 0; i < compared.quantities.size(); ++i) {
+    for (const ComparedQuantity& one : compared.quantities[i]) {
       const bool is_named = std::find(changed.begin(), changed.end(), one.name) != changed.end();
+      if (one.changed() && !leak) compared.measured_again = i + 1;
       if (one.changed() && !is_named) changed.push_back(one.name);
     }
   }
+  compared.rig = sheets[compared.measured_again].access;
   compared.heading = changed.empty() ? "No change of the valve is shown"
                                      : fmt::format("The valve has changed: {}", fmt::join(changed, ", "));
-  if (const auto leak = ident::leak_of(sheets.back().sheet)) {
+  if (leak) {
     compared.sentences.push_back(ident::leak_finding(*leak, unit));
   } else if (!changed.empty()) {
     compared.sentences.emplace_back(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -28,7 +29,9 @@ struct ComparedSheets {
   std::vector<std::string> sentences = {};
   std::vector<std::vector<ComparedQuantity>> quantities = {};  ///< of each sheet beside the first
   std::vector<std::string> names = {};                         ///< run folder and rig of each
-  suggest::RigAccess rig = {};                                 ///< that of the last one, for a page
+  /// Whose valve the sentences say to measure again: the last sheet that leaks or has changed, else the last one.
+  std::size_t measured_again = 0;
+  suggest::RigAccess rig = {};  ///< that of this sheet, for a page
 };
 
 /// Compares sheets with the first. The intervals are joint: the probability that any quantity of any sheet is said to

@@ -20,6 +20,7 @@
 namespace eha::test {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 class TwoRuns : public testing::Test {
@@ -64,6 +65,36 @@ TEST_F(TwoRuns, CompareNamesTheDeadBand) {
     EXPECT_EQ(parameter.at("changed").get<bool>(), parameter.at("name") == "dead_band") << parameter;
   }
   EXPECT_NEAR(change.at("parameters").at(0).at("difference").get<double>(), 0.07, 0.005);
+}
+
+/// The files of the rigs that a text's commands name; "" for a command without one.
+std::vector<std::string> rigs_named_in(const std::string& text) {
+  const std::string command = "eha characterise -o ";
+  std::vector<std::string> rigs;
+  for (std::size_t at = text.find(command); at != std::string::npos; at = text.find(command, at + 1)) {
+    const std::string line = text.substr(at, text.find_first_of("`\n<", at) - at);
+    const std::string option = "--rig ";
+    const std::size_t rig = line.find(option);
+    rigs.push_back(rig == std::string::npos ? "" : fs::path(line.substr(rig + option.size())).filename().string());
+  }
+  return rigs;
+}
+
+TEST_F(TwoRuns, CompareOfSeveralRigsNamesThatOfTheRunThatChanged) {
+  const Ended ended = run_eha({"compare", before_, after_, before_, "-o", "several.html"}, folder_->path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(rigs_named_in(ended.out), std::vector<std::string>(3, "changed.toml")) << ended.out;
+  const std::vector<std::string> on_page = rigs_named_in(content_of(folder_->path() / "several.html"));
+  EXPECT_FALSE(on_page.empty());
+  EXPECT_EQ(on_page, std::vector<std::string>(on_page.size(), "changed.toml"));
+  // One command is for one rig: what all that changed have in common names none.
+  folder_->write("other.toml", content_of(folder_->path() / "changed.toml"));
+  const std::string other = run("other.toml", "other");
+  const Ended both = run_eha({"compare", before_, after_, other}, folder_->path());
+  ASSERT_EQ(both.code, 0) << both.err;
+  EXPECT_EQ(rigs_named_in(both.out), (std::vector<std::string>{"changed.toml", "other.toml", "other.toml"}))
+      << both.out;
+  EXPECT_NE(both.out.find("a valve sheet of each rig"), std::string::npos) << both.out;
 }
 
 TEST_F(TwoRuns, CompareWritesAReportThatNamesTheChange) {

@@ -175,6 +175,20 @@ TEST(ComparisonPage, CallsNoBandGreyThatItDoesNotKnow) {
   EXPECT_NE(html().find("Grey: the usable band of base, 0.05 to 0.65 Hz."), std::string::npos);
 }
 
+TEST(ComparisonPage, PrintsThePictureOfFourPanelsWithTextsThatCanBeRead) {
+  // Of 4 panels and a long key; letters of 14 units, and a point is 0.353 mm.
+  constexpr double kUnitsOfFourPanels = 960.0;
+  constexpr double kLetter = 14.0;
+  const ident::Model model = model_named("io", ident::Grade::good, 99.0);
+  const std::string html =
+      comparison_page({.title = "Comparison", .heading = "x"}, {{.label = "io", .model = model}}).html;
+  const std::string key = ".plot svg { max-height: ";
+  const std::size_t at = html.find(key);
+  ASSERT_NE(at, std::string::npos);
+  const double height_mm = std::stod(html.substr(at + key.size()));
+  EXPECT_GE(kLetter * height_mm / kUnitsOfFourPanels / 0.353, 6.5);
+}
+
 TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
   ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
   before.input_map = ident::ValveMap{-0.2, 0.15, 0.88};
@@ -194,6 +208,8 @@ TEST(ComparisonPage, DrawsBothValvesOverOneAnother) {
                        {.label = "friday", .model = after, .input_range = std::pair(-4000.0, 4000.0)}})
           .html;
   EXPECT_NE(wide.find("<text>-4000</text>"), std::string::npos) << "over the range of the inputs";
+  EXPECT_NE(wide.find("<text>-0.4</text>"), wide.rfind("<text>-0.4</text>"))
+      << "and about the null, where a dead band is seen, on both axes";
 }
 
 TEST(ComparisonPage, HasTitlesThatTellRunsAndModelsApart) {

@@ -47,6 +47,17 @@ TEST(ComparedSheets, SayOfAnUnchangedValveThatItHasChangedInOneOfAHundredCasesAt
   EXPECT_GE(alarms, kPairs / 1000) << "intervals that are too wide show no change";
 }
 
+TEST(ComparedSheets, SayToMeasureTheValveOfTheSheetThatChanged) {
+  ident::PortableDraw draw(3);
+  RunSheet before = drawn_sheet(draw);
+  before.access.rig_file = "before.toml";
+  RunSheet after = before;
+  after.sheet.null_V.value += 0.1;
+  after.access.rig_file = "after.toml";
+  EXPECT_EQ(compare_sheets({before, after, before}, DisplayUnit("in")).rig.rig_file, "after.toml");
+  EXPECT_EQ(compare_sheets({after, before, before}, DisplayUnit("in")).rig.rig_file, "before.toml");
+}
+
 TEST(ComparedSheets, KeepThatOfAllSheetsTogether) {
   ident::PortableDraw draw(11);
   constexpr int kSets = 1000;
