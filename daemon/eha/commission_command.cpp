@@ -387,22 +387,15 @@ class Commissioning {
       for (int attempt = 1; attempt <= kAttempts; ++attempt) state_.files().remove(excitation_file(attempt));
       throw Stopped{ExitCode::model_rejected, "no model of the records passes; their reports say why"};
     }
-    if (best->gain_percent > command_.precision_percent) {
-      console_.warning(fmt::format(
-          "the gain {} by {}, {:g} % were wanted: it goes on with this record, and the controller's promise "
-          "allows for it",
-          std::isfinite(best->gain_percent) ? fmt::format("is known to +-{:.2g} %", best->gain_percent)
-                                            : "has no interval",
-          best->folder.string(), command_.precision_percent));
-    }
+    Json record{{"run", best->folder.string()},
+                {"outcome", best->outcome},
+                {"wanted_percent", command_.precision_percent},
+                {"gain_percent", std::isfinite(best->gain_percent) ? Json(best->gain_percent) : Json(nullptr)},
+                {"model", *best->model}};
+    if (const std::string missed = missed_precision(record); !missed.empty()) console_.warning(missed);
     console_.print(
         answer_text(answer_of_run(best->folder, record::read_manifest(best->folder)), console_.unit(rig_.units)));
-    state_.finish("record",
-                  {{"run", best->folder.string()},
-                   {"outcome", best->outcome},
-                   {"wanted_percent", command_.precision_percent},
-                   {"gain_percent", std::isfinite(best->gain_percent) ? Json(best->gain_percent) : Json(nullptr)},
-                   {"model", *best->model}});
+    state_.finish("record", std::move(record));
   }
 
   void make_controller() {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/capitalised.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/short_report.hpp"
 #include "daemon/eha/track_report.hpp"
@@ -63,8 +64,8 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   return report::table({{"valve"}, {"value", report::Column::number}, {"+- (95 %)", report::Column::number}, {"unit"}},
                        rows) +
          report::paragraph(
-             "These numbers of the valve count: rig file and controller have them. Null and dead band in the model's "
-             "equation are of a fit, which friction and leakage shift.");
+             "Rig file and controller use these numbers of the valve. Null and dead band in the equation below are "
+             "fitted: friction and leakage shift them.");
 }
 
 /// Returns the ticks of a run as time [s].
@@ -94,7 +95,7 @@ std::string warnings_of(const Json& prepare) {
     if (check.value("level", "") == "ok") continue;
     found.push_back(fmt::format("{}: {}", check.value("name", ""), check.value("found", "")));
   }
-  return found.empty() ? "" : report::paragraph("Doctor warned of this machine:") + report::list(found);
+  return found.empty() ? "" : report::paragraph("`eha doctor` warned of this machine:") + report::list(found);
 }
 
 /// Returns the recommended model of a run; none if its file no longer exists.
@@ -107,14 +108,11 @@ std::optional<ident::Model> model_of_run(const fs::path& run, const std::string&
 
 std::string model_part(const Json& record, const DisplayUnit& unit) {
   std::string text;
-  if (record.contains("gain_percent") && record.at("gain_percent").is_number()) {
-    const double percent = record.at("gain_percent").get<double>();
-    const double wanted = record.at("wanted_percent").get<double>();
+  if (const Json percent = record.value("gain_percent", Json()); percent.is_number()) {
     text += fmt::format(
-        "The record knows the gain to +-{:.2g} % ({}, {:.2g} % were wanted): by integrator_lag_valve, fitted while "
-        "the run was played to the repetitions until then, and not by the model below, which is of the "
-        "whole record. ",
-        percent, percent <= wanted ? "well enough" : "less well than wanted", wanted);
+        "The gain is known to +-{:.2g} %, {:.2g} % were wanted: by integrator_lag_valve, fitted to the repetitions "
+        "while the run was played, and not by the model below, which is of the whole record. ",
+        percent.get<double>(), record.at("wanted_percent").get<double>());
   }
   const std::string name = record.value("model", "");
   text += "Model: " + name;
@@ -131,13 +129,25 @@ std::string model_part(const Json& record, const DisplayUnit& unit) {
     std::vector<std::string> reasons;
     for (const std::string& reason : shown.verdict->reasons) reasons.push_back(ident::in_few_words(reason));
     html += report::paragraph("The model is " + std::string(ident::verdict_word(*shown.verdict)) +
-                              ", not good; the controller's trial shows what that is worth:") +
+                              ", not good, for what stands below; the controller's trial shows whether that is good "
+                              "enough:") +
             report::list(reasons);
   }
   return html;
 }
 
 }  // namespace
+
+std::string missed_precision(const Json& record) {
+  const Json wanted = record.value("wanted_percent", Json());
+  const Json percent = record.value("gain_percent", Json());
+  if (!wanted.is_number() || (percent.is_number() && percent.get<double>() <= wanted.get<double>())) return {};
+  return fmt::format(
+      "the wanted precision was not reached: the gain {} by {}, {:g} % were wanted; the controller is made of this "
+      "record, and its promise allows for that",
+      percent.is_number() ? fmt::format("is known to +-{:.2g} %", percent.get<double>()) : "has no interval",
+      fs::path(record.value("run", "")).filename().string(), wanted.get<double>());
+}
 
 std::string commission_page(const CommissionState& state, const std::string& rig, const std::string& anew,
                             const DisplayUnit& unit) {
@@ -148,9 +158,12 @@ std::string commission_page(const CommissionState& state, const std::string& rig
       track.at("kept").get<bool>()
           ? "The axis follows its reference as promised: nothing that was measured breaks the promise of " + axis_file +
                 "."
-          : "The promise of the controller is not kept; the table of the axis shows which figure. Repair what has "
-            "changed, or begin anew: `" +
+          : "The axis does not keep the controller's promise: the table \"Measured beside promised\" shows which "
+            "figure. Mend what has changed on the rig, or begin anew: `" +
                 anew + "`.");
+  if (const std::string missed = missed_precision(state.result("record")); !missed.empty()) {
+    lead += "<p><strong>" + report::with_code(capitalised(missed)) + ".</strong></p>\n";
+  }
   lead += "<ul>" + item("valve sheet", state.result("sheet"), state.folder()) +
           item("record and models", state.result("record"), state.folder()) +
           item("trial in closed loop", track, state.folder()) + "</ul>" + valve_table(state.result("sheet"), unit) +

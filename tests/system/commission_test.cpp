@@ -67,6 +67,20 @@ TEST_F(Commission, GoesFromAnUnknownValveToAnAxisThatKeepsItsPromise) {
   EXPECT_THAT(ended_->out, HasSubstr("$ eha characterise"));
 }
 
+TEST_F(Commission, SaysOnThePageThatTheWantedPrecisionWasNotReached) {
+  ASSERT_EQ(ended_->code, 0) << ended_->err;
+  EXPECT_THAT(content_of(file("commission/report.html")), Not(HasSubstr("precision was not reached")));
+  std::filesystem::copy(file("commission"), file("missed"));
+  json missed = json_of(file("missed/commission.json"));
+  missed["steps"]["record"]["gain_percent"] = nullptr;
+  folder_->write("missed/commission.json", missed.dump());
+  const Ended again =
+      run_eha({"commission", "rig.toml", "--yes", "--fast", "--precision", "2.5", "-o", "missed"}, folder_->path());
+  ASSERT_EQ(again.code, 0) << again.err;
+  EXPECT_THAT(content_of(file("missed/report.html")),
+              HasSubstr("The wanted precision was not reached: the gain has no interval by "));
+}
+
 TEST_F(Commission, WritesTheFileThatALinkLeadsTo) {
   ASSERT_EQ(ended_->code, 0) << ended_->err;
   EXPECT_TRUE(std::filesystem::is_symlink(file("rig.toml")));
