@@ -7,14 +7,18 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <utility>
 #include <vector>
 
+#include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_header.hpp"
+#include "daemon/record/sheet_beside.hpp"
 
 namespace eha::web {
 namespace {
@@ -48,15 +52,47 @@ os::FileDescriptor open_beneath(os::FileDescriptor folder, std::string_view path
       openat(folder.get(), std::string(path).c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
 }
 
-/// Returns the text of a run.json.
-std::string content_of(const RunFile& file, std::string_view id) {
+/// Returns the text of a run.json or valve_sheet.json.
+std::string content_of(const RunFile& file, std::string_view id, std::string_view name = record::kManifestFile) {
   if (file.size > RunStore::kLargestManifest) {
     throw DataError(
-        fmt::format("{}: its run.json has {} bytes; expected at most {}", id, file.size, RunStore::kLargestManifest));
+        fmt::format("{}: its {} has {} bytes; expected at most {}", id, name, file.size, RunStore::kLargestManifest));
   }
   std::string text(file.size, '\0');
-  text.resize(os::read_up_to_at(file.descriptor, text.data(), text.size(), 0, "run.json"));
+  text.resize(os::read_up_to_at(file.descriptor, text.data(), text.size(), 0, "a file of a run"));
   return text;
+}
+
+constexpr const char* kOfValve = "a valve sheet";
+
+/// What a run is for that fits no model; null for a run of models.
+const char* instead_of_models(record::Purpose purpose) {
+  switch (purpose) {
+    case record::Purpose::models:
+      return nullptr;
+    case record::Purpose::placing:
+      return "a move to a place";
+    case record::Purpose::valve_sheet:
+      return kOfValve;
+    case record::Purpose::tracking:
+      return "a controller's trial";
+  }
+  return nullptr;
+}
+
+/// "valve: null -0.200 V, half dead band 0.151 V, 0.148 in/(V s) extending, 0.131 in/(V s) retracting"
+std::string numbers_of(const Json& sheet, const DisplayUnit& unit) {
+  const auto value = [&](const char* key) {
+    const Json& measured = sheet.value(key, Json());
+    return measured.is_object() && measured.contains("value") && measured.at("value").is_number()
+               ? measured.at("value").get<double>()
+               : std::nan("");
+  };
+  const double gain = unit.factor("in");
+  const std::string gain_unit = unit.of("in") + "/(V s)";
+  return fmt::format("valve: null {:.3f} V, half dead band {:.3f} V, {:.3g} {} extending, {:.3g} {} retracting",
+                     value("null_V"), value("dead_band_V"), gain * value("gain_positive_in_per_V_s"), gain_unit,
+                     gain * value("gain_negative_in_per_V_s"), gain_unit);
 }
 
 /// Returns the members from a manifest.
@@ -69,9 +105,17 @@ Json describe_manifest(const RunFile& file, const std::string& id) {
             {"outcome", record::outcome_text(manifest)},
             {"grade", nullptr},
             {"recommended", nullptr},
+            {"measured", nullptr},
             {"reason", nullptr}};
   if (manifest.report && !manifest.report->description.empty()) said["reason"] = manifest.report->description;
-  if (manifest.identification) {
+  if (const char* what = instead_of_models(record::purpose_of(manifest));
+      what != nullptr && record::models_of(manifest).empty()) {
+    said["measured"] = what;
+    said["units"] = record::rig_units(manifest.other);
+    if (manifest.identification && !manifest.identification->error.empty()) {
+      said["reason"] = manifest.identification->error;
+    }
+  } else if (manifest.identification) {
     const record::IdentificationEntry& identification = *manifest.identification;
     said["grade"] = identification.accepted ? "accepted" : "rejected";
     if (!identification.error.empty()) said["reason"] = identification.error;
@@ -176,6 +220,18 @@ Json RunStore::describe(const std::string& id) {
   }
   Json said = known.said;
   if (said.contains("files")) said["has_report"] = open(id, "report.html").has_value();
+  // Of its own file, which comes after the manifest.
+  if (said.contains("units") && said.at("measured") == kOfValve && said.at("outcome") != record::kInProgress) {
+    const std::optional<RunFile> sheet = open(id, record::kSheetFile);
+    try {
+      said["measured"] = sheet ? numbers_of(parse_json_text<Json>(content_of(*sheet, id, record::kSheetFile)),
+                                            DisplayUnit(said.at("units")))
+                               : std::string("no valve sheet");
+    } catch (const std::exception& error) {
+      said["measured"] = error.what();
+    }
+  }
+  said.erase("units");
   return said;
 }
 

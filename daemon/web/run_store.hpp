@@ -51,7 +51,8 @@ class RunStore {
   /// Returns the name of the newest run with a journal; empty if there is none.
   [[nodiscard]] std::string newest() const;
 
-  /// Lists the newest runs, newest first: id, name, started, outcome, grade, recommended, reason, has_report, files; a
+  /// Lists the newest runs, newest first: id, name, started, outcome, grade, recommended, measured (what a run without
+  /// models is for: the numbers of the valve, a move, a trial), reason, has_report, files; a
   /// run that cannot be read has id, outcome "unreadable" and error. Reads manifests again only if they changed.
   [[nodiscard]] nlohmann::ordered_json list(std::size_t most);
 

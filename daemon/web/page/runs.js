@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The runs, newest first: outcome, recommended model with its grade, report, downloads.
+// The runs, newest first: outcome, recommended model with its verdict, report, downloads.
 import { byId, make, setText } from './dom.js';
 import { localTime } from './units.js';
 
@@ -59,6 +59,7 @@ function recommendation(run, isFitted) {
   if (run.recommended) {
     return make('span', { class: `grade ${run.grade}` }, `${kSigns[run.grade] ?? ''} recommended: ${run.recommended} (${run.grade})`);
   }
+  if (run.measured) return make('span', { class: 'grade' }, run.measured);
   if (run.grade === 'rejected') return make('span', { class: 'grade rejected' }, `${kSigns.rejected} none accepted`);
   return make('span', { class: 'grade' }, 'not fitted');
 }

@@ -127,6 +127,18 @@ TEST_F(RunStoreTest, ListsTheNewestRunsFirstWithWhatTheirManifestsSay) {
   EXPECT_EQ(store_.list(1).size(), 1U);
 }
 
+TEST_F(RunStoreTest, SaysOfACharacterisationWhatItMeasuredAndNothingOfModels) {
+  put("run.json", R"({"schema": "eha-run/1", "outcome": "completed", "experiment": {"characterises": true},
+    "identification": {"accepted": false, "models": [], "error": "no valve sheet: rows are lost"}})");
+  EXPECT_EQ(store_.list(1).at(0).at("measured"), "no valve sheet");
+  EXPECT_EQ(store_.list(1).at(0).at("grade"), nullptr) << "the page would say that no model was accepted";
+  EXPECT_EQ(store_.list(1).at(0).at("reason"), "no valve sheet: rows are lost");
+  put("valve_sheet.json", R"({"null_V": {"value": -0.2}, "dead_band_V": {"value": 0.1511},
+    "gain_positive_in_per_V_s": {"value": 0.14845}, "gain_negative_in_per_V_s": {"value": 0.13071}})");
+  EXPECT_EQ(store_.list(1).at(0).at("measured"),
+            "valve: null -0.200 V, half dead band 0.151 V, 0.148 in/(V s) extending, 0.131 in/(V s) retracting");
+}
+
 TEST_F(RunStoreTest, ReadsAManifestAgainWhenItChanged) {
   put("run.json", R"({"schema": "eha-run/1", "outcome": "in_progress", "name": "test"})");
   EXPECT_EQ(store_.list(1).at(0).at("outcome"), "in_progress");
