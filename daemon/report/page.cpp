@@ -100,7 +100,7 @@ td.number + td:not(.number), th.number + th:not(.number) { padding-left: 10px; }
   .with-plot { display: grid; grid-template-columns: minmax(0, 7fr) minmax(0, 4fr); column-gap: 5mm; }
   .with-plot > h3, .with-plot > .below { grid-column: 1 / -1; }
   .beside { font-size: 8pt; line-height: 1.25; }
-  .plot svg { max-height: 110mm; }
+  .plot svg { max-height: 165mm; }
   .plot, .with-plot, dd, tr, li, .equation { break-inside: avoid; }
   #the-other-models::details-content, #the-paper-s-procedure::details-content { content-visibility: hidden; }
   #the-other-models > summary::after, #the-paper-s-procedure > summary::after { content: ": on the screen"; font-weight: normal; }
