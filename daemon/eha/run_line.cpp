@@ -97,7 +97,7 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
   if (!progress.is_placing && progress.lost_percent > config::kMostLostRows_percent)
-    line += fmt::format("ROWS LOST: {:.2g} %  ", progress.lost_percent);
+    line += fmt::format("ROWS LOST: {:.2g} % so far  ", progress.lost_percent);
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
   if (progress.exploring_at_most_s > 0.0) {
     const double most_s = std::max(0.0, progress.exploring_at_most_s - progress.elapsed_s);

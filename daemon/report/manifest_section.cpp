@@ -87,8 +87,8 @@ Remark remark_on_timing(const Subject& subject) {
       "No tick late or skipped, 99.9 % within 50 us. The columns are logarithmic: each unit is ten times as many "
       "ticks, and the last one holds everything from 1023 us up.";
   remark.to_do = late + skipped > 0.0
-                     ? "Run `eha doctor` and `eha latency --load`; skipped rows are interpolated and marked "
-                       "in raw.h5."
+                     ? "Run `eha doctor` and `eha latency --load`; the rows of skipped ticks are marked in "
+                       "raw.h5 and count for nothing in fit and tests."
                      : "Nothing.";
   return remark;
 }

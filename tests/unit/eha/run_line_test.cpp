@@ -78,7 +78,7 @@ TEST(RunLine, BeginsWithRowsThatAreLostBeyondWhatASheetMayLack) {
   progress.lost_percent = 0.9;
   EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("37.7 s left"), 0U);
   progress.lost_percent = 8.25;
-  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("ROWS LOST: 8.2 %  37.7 s left"), 0U)
+  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("ROWS LOST: 8.2 % so far  37.7 s left"), 0U)
       << run_line(progress, DisplayUnit(), kNow);
   progress.is_placing = true;
   EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("ROWS LOST"), std::string::npos) << "a placing makes no sheet";
