@@ -164,13 +164,13 @@ Section models_section(const Subject& subject) {
                         : criterion.passed ? "passed"
                         : ident::traits_of(criterion.kind).weight == ident::CriterionWeight::rejects
                             ? "FAILED"
-                            : "noted",  // it lowers the grade
+                            : "noted",  // it lowers the verdict
                         name_of(criterion)});
   }
   checks.html = table(
       {{"check"}, {"value", Column::number}, {"limit", Column::number}, {"unit"}, {"result"}, {"in files"}}, criteria);
   checks.html += paragraph(
-      "FAILED rejects a model, noted lowers its grade. p: probability of what was seen if the check's statement "
+      "FAILED rejects a model, noted lowers its verdict. p: probability of what was seen if the check's statement "
       "holds.");
   section.items.push_back(std::move(checks));
   return section;

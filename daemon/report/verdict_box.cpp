@@ -132,8 +132,9 @@ std::string band_sentence(const ReportedModel& reported) {
   const bool misses_input = std::any_of(criteria.begin(), criteria.end(), [](const ident::Criterion& c) {
     return c.kind == ident::CriterionKind::residual_input && has_failed(c);
   });
-  return text + " by intervals of the noise alone" +
-         (misses_input ? "; the response can be off by what the model misses." : ".");
+  return text + ": there the record shows gain and phase well enough" +
+         (misses_input ? ", as far as noise goes; they can be off by what the model misses."
+                       : ", as far as noise goes.");
 }
 
 /// How far off the model is predicted to be on a fresh input; empty where that is little, or not known.
@@ -145,8 +146,9 @@ std::string predicted_sentence(const Model& model) {
   if (!is_much || !model.validation || !model.validation->tests || !model.validation->tests->error) return {};
   const auto [lower, upper] = *model.validation->tests->error;
   return fmt::format(
-      " On a fresh input of the same kind it is predicted to be off by {:.2g} to {:.2g} % of the output's standard "
-      "deviation.",
+      " Under a fresh input of the same kind expect it to be off by {:.2g} to {:.2g} % of how far the output moves "
+      "(its "
+      "standard deviation).",
       lower, upper);
 }
 

@@ -46,7 +46,7 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   if (!with_input && fails_any(verdict, {Kind::residual_input})) {
     return "No more lags of the correlation with the input are outside their bound than chance puts there, and yet the "
            "test of all lags together finds that the input moves what is left: two tests. A single lag's bound is wide "
-           "where the residual is not white; the test of all together allows for that, and grades the model.";
+           "where the residual is not white; the test of all together allows for that, and gives the verdict.";
   }
   if (!with_input && !is_outside(model.validation->acf, 1)) return {};
   const std::string outside = "Lags outside the bounds: ";
@@ -55,7 +55,8 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
   }
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
     return fmt::format(
-        "{}the error is more than white noise, {}. They lower the grade to {} and do not reject it, since the error is "
+        "{}the error is more than white noise, {}. They lower the verdict to {} and do not reject it, since the error "
+        "is "
         "small: {}.",
         outside,
         is_rather_nonlinear(model, verdict) ? "as the plant is not linear as the model is"
@@ -68,7 +69,7 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
         outside, scatter_text(model));
   }
   return fmt::format(
-      "{}single lags say little, as neighbours move together; the test of all together, which grades the model, finds "
+      "{}single lags say little, as neighbours move together; the test of all together, which gives the verdict, finds "
       "no part of the plant in what is left, {}.",
       outside, scatter_text(model));
 }

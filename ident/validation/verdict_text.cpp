@@ -165,8 +165,8 @@ std::string Reasons::failed(const Criterion& c) const {
           c.parameter, error_text(c.value, model_.output_unit), error_text(c.limit, model_.output_unit));
     case Kind::residual_input:
       return fmt::format(
-          "The input still moves what the model leaves over (p = {:.2g}, lags up to 20): a part of the plant may "
-          "be missing; {}, or ignore it {}.",
+          "A part of the plant may be missing: the input still moves what the model leaves over (p = {:.2g}, lags up "
+          "to 20); {}, or ignore it {}.",
           c.value, remedy(), where_it_matters());
     case Kind::residual_whiteness:
       return fmt::format(
@@ -176,8 +176,8 @@ std::string Reasons::failed(const Criterion& c) const {
     case Kind::nonlinearity:
       if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
       return fmt::format(
-          "The plant is not linear as the structure is: the residual depends on the {}{} (p = {:.2g}), and at "
-          "another amplitude the error is another one; use the model at the recorded amplitudes{}.{}",
+          "At another amplitude the model is off by another amount, as the plant is not linear as the structure is: "
+          "what it leaves over depends on the {}{} (p = {:.2g}); use the model at the recorded amplitudes{}.{}",
           effect_of(model_), effect_on_own_record(), c.value,
           is_rather_nonlinear(model_, verdict_) ? ", or " + against_nonlinearity() : "", friction_in_the_map());
     case Kind::future_input:
@@ -188,8 +188,8 @@ std::string Reasons::failed(const Criterion& c) const {
     case Kind::predicted_error:
       if (!model_.validation || !model_.validation->tests || !model_.validation->tests->error) return {};
       return fmt::format(
-          "The model is not exact enough: on a fresh input of the same kind it is predicted to be off by {:.2g} to "
-          "{:.2g} % of the output's standard deviation, more than {:g} %; record longer.",
+          "The model is not exact enough: under a fresh input of the same kind expect it to be off by {:.2g} to {:.2g} "
+          "% of how far the output moves (its standard deviation), more than {:g} %; record longer.",
           c.value, model_.validation->tests->error->upper, c.limit);
     case Kind::residual_drift:
       return fmt::format(

@@ -442,8 +442,7 @@ TEST(Page, NamesTheCriteriaInWordsWithTheirUnits) {
   EXPECT_NE(html.find(">R2, validation</td>"), std::string::npos);
   EXPECT_NE(html.find(">%</td>"), std::string::npos);
   EXPECT_NE(html.find(">validation_r2_percent</td>"), std::string::npos);
-  EXPECT_NE(html.find("by intervals of the noise alone; the response can be off by what the model misses"),
-            std::string::npos);
+  EXPECT_NE(html.find("as far as noise goes; they can be off by what the model misses"), std::string::npos);
   EXPECT_NE(html.find("its file lies in models/rejected"), std::string::npos);
   EXPECT_NE(html.find("<span class=\"fraction\">"), std::string::npos);
 }

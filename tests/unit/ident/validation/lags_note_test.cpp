@@ -27,7 +27,7 @@ TEST(LagsNote, IsSilentWhereNoLagIsOutside) { EXPECT_EQ(lags_note_on(model_with_
 TEST(LagsNote, SaysWhyLagsOutsideDoNotReject) {
   const std::string note = lags_note_on(model_with_lags(0.9, 0.5, 1e-6));
   EXPECT_NE(note.find("lacks a part of the plant"), std::string::npos) << note;
-  EXPECT_NE(note.find("lower the grade to usable"), std::string::npos) << note;
+  EXPECT_NE(note.find("lower the verdict to usable"), std::string::npos) << note;
   EXPECT_NE(note.find("0.1 mm rms, 12 % of the output's standard deviation"), std::string::npos) << note;
 }
 

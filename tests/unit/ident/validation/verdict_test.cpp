@@ -309,8 +309,8 @@ TEST(Verdict, GradesAModelWhoseResidualTellsSomethingAsUsable) {
       << "what explains the others comes first";
   EXPECT_EQ(verdict.reasons,
             (std::vector<std::string>{
-                "The input still moves what the model leaves over (p = 0.009, lags up to 20): a part of the plant "
-                "may be missing; try the valve map (--input-map valve), or ignore it "
+                "A part of the plant may be missing: the input still moves what the model leaves over (p = 0.009, lags "
+                "up to 20); try the valve map (--input-map valve), or ignore it "
                 "where an error of 0.1 in (rms) "
                 "does not matter."}))
       << "what past input moves is no plain noise either";
@@ -604,7 +604,7 @@ TEST(Verdict, AdvisesLargerAmplitudesAgainstWhatTakesLessOfThem) {
                                 all.find("--input-map valve") != std::string::npos;
           // With a map, and an input that still moves what is left, a missing part comes first.
           const bool misses_part = has_map && !beside_ladder && input_p < 0.1;
-          const bool asks_for_others = all.find("may be missing; fit the other structures too") != std::string::npos;
+          const bool asks_for_others = all.find("lags up to 20); fit the other structures too") != std::string::npos;
           EXPECT_TRUE(is_shown || (misses_part && asks_for_others)) << all;
         }
       }
@@ -741,7 +741,9 @@ TEST(Verdict, NamesNoSaturationWithoutAFitWithALimitedInput) {
   model.validation->tests->input.statistic = 90'000.0;
   const std::vector<std::string> linear = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_EQ(linear.size(), 2U);
-  EXPECT_TRUE(linear[0].starts_with("The input still moves what the model leaves over")) << linear[0];
+  EXPECT_TRUE(
+      linear[0].starts_with("A part of the plant may be missing: the input still moves what the model leaves over"))
+      << linear[0];
 }
 
 TEST(Verdict, BlamesBentEdgesOfAMapForAGainThatFallsAndNoSaturation) {
