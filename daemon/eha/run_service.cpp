@@ -273,8 +273,7 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   const auto is_stopped = [&] {
     if (!is_said && std::chrono::steady_clock::now() - begun > kSilent) {
       is_said = true;
-      console.info(
-          "ehad checks it, at the lowest priority: that may take a minute an experiment where the machine is busy");
+      console.info("ehad checks it, at a low priority: that may take a minute an experiment where the machine is busy");
     }
     return !command.detach && stop.count() > 0;
   };

@@ -30,8 +30,8 @@ std::string why_not_checked(const worker::WorkerEnd& end) {
   switch (end.ended_by) {
     case worker::EndedBy::wall_time:
       return fmt::format(
-          "the check, which has the lowest priority, was not done after {} s: the machine is busy; give the command "
-          "again once it is less so",
+          "the check, which has a low priority, was not done after {} s: the machine is busy; give the command again "
+          "once it is less so (`eha queue` shows what the service still fits, `top` what else runs)",
           Checker::kLongestTime.count());
     case worker::EndedBy::processor_time:
       return fmt::format(
@@ -113,6 +113,7 @@ void Checker::start(Check check) {
   limits.wall_time = kLongestTime;
   limits.memory_bytes = kMostMemory;
   limits.avoided_cpu = task.avoided_cpu;
+  limits.nice = worker::kCheckNice;
   try {
     std::vector<std::string> words{"check", task.experiment.string(), "--rig", task.rig.string(), "--quiet", "--json"};
     if (task.place_in) words.push_back(fmt::format("--at={:.6f}in", *task.place_in));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENTS...: sets the limits that only the child
+// eha-worker PARENT AVOIDED_CPU CPU_SECONDS MEMORY_BYTES NICE PROGRAM ARGUMENTS...: sets the limits that only the child
 // itself can set, then becomes PROGRAM. ehad starts it; users do not.
 #include <sched.h>
 #include <sys/prctl.h>
@@ -16,8 +16,7 @@
 
 namespace {
 
-constexpr int kFirstWord = 5;  // program in argv[5]
-constexpr int kLowestPriority = 19;
+constexpr int kFirstWord = 6;  // program in argv[6]
 
 [[noreturn]] void fail(const char* what) {
   std::fprintf(stderr, "eha-worker: error: %s: %s\n", what, eha::error_text(errno).c_str());
@@ -62,7 +61,9 @@ int main(int argc, char** argv) {
   if (getppid() != static_cast<pid_t>(std::atol(argv[1]))) return static_cast<int>(eha::ExitCode::interrupted);
   raise_oom_score();
   stay_off(std::atol(argv[2]));
-  if (setpriority(PRIO_PROCESS, 0, kLowestPriority) != 0) fail("setpriority");
+  // An ehad that was started at a lower priority may not raise its worker's above its own.
+  const int nice = std::max(static_cast<int>(std::strtol(argv[5], nullptr, 10)), getpriority(PRIO_PROCESS, 0));
+  if (setpriority(PRIO_PROCESS, 0, nice) != 0) fail("setpriority");
   const sched_param none{};
   if (sched_setscheduler(0, SCHED_BATCH, &none) != 0) fail("sched_setscheduler");
   const auto cpu_s = static_cast<rlim_t>(std::strtoull(argv[3], nullptr, 10));

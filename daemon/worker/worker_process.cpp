@@ -45,6 +45,7 @@ os::SpawnRequest request_for(const WorkerPrograms& programs, const std::vector<s
                                  fmt::format("{}", limits.avoided_cpu.value_or(-1)),
                                  fmt::format("{}", limits.cpu_time.count()),
                                  fmt::format("{}", limits.memory_bytes),
+                                 fmt::format("{}", limits.nice),
                                  programs.eha.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   return {.words = std::move(words), .standard_output = &output, .standard_error = &messages};

@@ -15,12 +15,17 @@
 
 namespace eha::worker {
 
+/// Nobody waits for a fit at the terminal, as for a check: a check has seven times a fit's share of a processor.
+inline constexpr int kFitNice = 19;
+inline constexpr int kCheckNice = 10;
+
 /// Limits on a worker's resources.
 struct WorkerLimits {
   std::chrono::seconds cpu_time{1800};
   std::chrono::seconds wall_time{3600};
   std::uint64_t memory_bytes = std::uint64_t{4} << 30U;  ///< address space
   std::optional<int> avoided_cpu;  ///< the tick loop's; the worker runs on the other CPUs, if there are any
+  int nice = kFitNice;
 };
 
 /// The programs that a worker runs, see find_program().
@@ -47,7 +52,7 @@ struct WorkerEnd {
 };
 
 /// Runs a command of `eha` (fit RUN, check FILE) as a child process with limits on time and memory. The child runs at
-/// the lowest priority, not on the tick loop's CPU, and is killed when the thread that started it ends
+/// a low priority, not on the tick loop's CPU, and is killed when the thread that started it ends
 /// (PR_SET_PDEATHSIG). Not thread-safe.
 class WorkerProcess {
  public:

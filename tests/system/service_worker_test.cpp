@@ -66,8 +66,8 @@ TEST(Worker, KeepsALowerHardLimitOfTheServiceInsteadOfRefusing) {
   // Root could raise it.
   const std::string nobody = geteuid() == 0 ? "setpriv --reuid=65534 --regid=65534 --clear-groups " : "";
   EXPECT_EQ(output_of_shell("ulimit -v 3000000; ulimit -t 100; exec " + nobody + worker +
-                            " $PPID -1 1800 4294967296 /bin/sh -c 'ulimit -v; ulimit -t'"),
-            "3000000\n99\n");
+                            " $PPID -1 1800 4294967296 19 /bin/sh -c 'ulimit -v; ulimit -t; nice'"),
+            "3000000\n99\n19\n");
 }
 
 TEST(ServiceWorker, HoldsNoDescriptorOfTheServiceAndIsOutOfTheWay) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -41,6 +42,24 @@ TEST(Checker, ReadsTheRehearsalOfACheck) {
   EXPECT_TRUE(rehearsal_of({0, "", "torn"}).is_null());
 }
 
+TEST(Checker, GoesBeforeAFitWhoseResultNobodyWaitsFor) {
+  static_assert(worker::kCheckNice < worker::kFitNice);
+  const test::TemporaryFolder folder;
+  // Its fifth word is the nice value.
+  const std::filesystem::path helper = folder.write("helper.sh", "#!/bin/sh\necho $5\n");
+  std::filesystem::permissions(helper, std::filesystem::perms::owner_all);
+  Checker checker({.helper = helper, .eha = "eha"});
+  std::optional<worker::WorkerEnd> ended;
+  checker.add({.experiment = folder.path() / "e.toml", .rig = folder.path() / "r.toml"},
+              [&](const worker::WorkerEnd& end) { ended = end; });
+  for (int i = 0; !ended && i < 1000; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    checker.poll();
+  }
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->output, std::to_string(worker::kCheckNice)) << ended->text;
+}
+
 TEST(Checker, SaysWhyACheckWasNotDone) {
   using worker::EndedBy;
   const auto said = [](EndedBy ended_by, const char* text) -> std::string {
@@ -53,6 +72,7 @@ TEST(Checker, SaysWhyACheckWasNotDone) {
   };
   EXPECT_NE(said(EndedBy::processor_time, "").find("fewer tones"), std::string::npos);
   EXPECT_NE(said(EndedBy::wall_time, "").find("the machine is busy"), std::string::npos);
+  EXPECT_NE(said(EndedBy::wall_time, "").find("`eha queue`"), std::string::npos);
   EXPECT_NE(said(EndedBy::signal, "the identification was ended by signal 11 (Segmentation fault)")
                 .find("the check was ended by signal 11"),
             std::string::npos);
@@ -117,10 +137,10 @@ class Checks {
     return holds();
   }
   [[nodiscard]] std::filesystem::path helper() const {
-    // Its seventh word is the experiment.
+    // Its eighth word is the experiment.
     const std::filesystem::path script =
         folder_.write("helper.sh", "#!/bin/sh\ncd '" + folder_.path().string() +
-                                       "'\n: >on-$7\nwhile [ ! -e end-$7 ]; do sleep 0.01; done\n");
+                                       "'\n: >on-$8\nwhile [ ! -e end-$8 ]; do sleep 0.01; done\n");
     std::filesystem::permissions(script, std::filesystem::perms::owner_all);
     return script;
   }
