@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -185,9 +186,10 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
     const double most = validation.end_stop ? 0.0 : kMostSaturated_percent;
     judgement.criterion(Kind::saturated, at_an_end, most, at_an_end <= most);
   }
-  if (at_an_end > kFarSaturated_percent) {
-    judgement.criterion(Kind::far_saturated, at_an_end, kFarSaturated_percent, false);
-  }
+  // Where a part without is to be had, its fit is the one that counts.
+  const bool has_part_without = validation.end_stop && !cut_options(*validation.end_stop).empty();
+  const double far = has_part_without ? 0.0 : kFarSaturated_percent;
+  if (at_an_end > far) judgement.criterion(Kind::far_saturated, at_an_end, far, false);
   // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
   if (const auto& jump = validation.jump) {
     judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);

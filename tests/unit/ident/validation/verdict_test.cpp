@@ -46,6 +46,9 @@ TEST(Verdict, RejectsWhatWasFittedToARodAtItsEnd) {
   EXPECT_TRUE(judge(model, {}).accepted);
   model.validation->end_stop->percent = 0.3;
   EXPECT_EQ(judge(model, {}).grade, Grade::usable) << "however few the samples";
+  model.validation->end_stop->clean_to_s = 0.9;
+  EXPECT_FALSE(judge(model, {}).accepted) << "the fit of the part without counts";
+  model.validation->end_stop->clean_to_s.reset();
   model.validation->end_stop->percent = 30.0;
   EXPECT_FALSE(judge(model, {}).accepted);
   model.validation->end_stop.reset();
