@@ -19,13 +19,19 @@ namespace {
 constexpr std::array kTimeNames = std::to_array<std::string_view>(
     {"t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "seconds", "sec", "sekunden", "tout"});
 constexpr std::array kInputNames = std::to_array<std::string_view>(
-    {"u",        "uin",      "vin",   "input",  "voltage", "volt",         "volts",   "spannung", "tension",
-     "command",  "commande", "cmd",   "valve",  "ventil",  "stell",        "eingang", "entr",     "excitation",
-     "anregung", "drive",    "servo", "heater", "heizung", "heizleistung", "pump",    "pumpe"});
+    {"u",        "uin",     "vin",          "input",      "voltage",  "volt",  "volts",
+     "spannung", "tension", "command",      "commande",   "cmd",      "valve", "ventil",
+     "stell",    "eingang", "entr",         "excitation", "anregung", "drive", "servo",
+     "heater",   "heizung", "heizleistung", "pump",       "pumpe",    "pwm",   "ansteuerung"});
 constexpr std::array kOutputNames = std::to_array<std::string_view>(
-    {"y",      "output",  "displacement", "placement", "position", "pos",    "weg",     "hub",
-     "stroke", "ausgang", "sortie",       "lvdt",      "rod",      "kolben", "travel",  "response",
-     "yout",   "lage",    "ist",          "actual",    "feedback", "fbk",    "measured"});
+    {"y",       "output", "displacement", "placement", "position", "pos",     "weg",      "hub",    "stroke",
+     "ausgang", "sortie", "lvdt",         "rod",       "kolben",   "travel",  "response", "yout",   "lage",
+     "ist",     "actual", "feedback",     "fbk",       "measured", "istwert", "regelgr",  "mesure", "encoder"});
+/// The same, as whole words alone: "contact" is no output.
+constexpr std::array kWholeOutputNames = std::to_array<std::string_view>({"act", "fb", "pv"});
+/// Ports of a card, with or without their number: a card's output is what it drives, the plant's input.
+constexpr std::array kCardOutputs = std::to_array<std::string_view>({"ao", "aout", "dac", "analogout", "analogoutput"});
+constexpr std::array kCardInputs = std::to_array<std::string_view>({"ai", "ain", "adc", "analogin", "analoginput"});
 /// Of a set point whatever its unit but that of a valve, and of one where unit or another word is of the rod's place.
 constexpr std::array kSetPointNames =
     std::to_array<std::string_view>({"soll", "setpoint", "consigne", "führung", "fuehrung"});
@@ -146,6 +152,22 @@ bool is_set_point(const std::vector<std::string>& words, std::string_view unit) 
   return names_set_point(words);
 }
 
+/// "AO0", "ao 0", "Analog Output 0": the words of a name without those of a card's port, and which port it is.
+enum class CardPort { none, output, input };
+CardPort take_card_port(std::vector<std::string>& words) {
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    std::string port = words[i].substr(0, words[i].find_last_not_of("0123456789") + 1);
+    const bool is_two_words = port == "analog" && i + 1 < words.size();
+    if (is_two_words) port += words[i + 1].substr(0, words[i + 1].find_last_not_of("0123456789") + 1);
+    const bool is_output = holds(kCardOutputs, port);
+    if (!is_output && !holds(kCardInputs, port)) continue;
+    const auto first = words.begin() + static_cast<std::ptrdiff_t>(i);
+    words.erase(first, first + (is_two_words ? 2 : 1));
+    return is_output ? CardPort::output : CardPort::input;
+  }
+  return CardPort::none;
+}
+
 bool is_bracketed(std::string_view text) {
   return text.size() >= 2 &&
          ((text.front() == '[' && text.back() == ']') || (text.front() == '(' && text.back() == ')'));
@@ -261,7 +283,8 @@ std::string readable(std::string_view name, std::size_t length) {
 }
 
 Hints hints_of(std::string_view name, std::string_view unit) {
-  const std::vector<std::string> words = words_of(telling_field(name));
+  std::vector<std::string> words = words_of(telling_field(name));
+  const CardPort port = take_card_port(words);
   Hints hints;
   // "t" is a time, "T_block" a temperature.
   const bool is_of_place =
@@ -270,7 +293,15 @@ Hints hints_of(std::string_view name, std::string_view unit) {
   const bool is_time = (has_word(words, kTimeNames) && !is_of_place) || name == "X_Value";
   hints.time = (is_time ? 2 : 0) + (seconds_in(unit) ? 1 : 0);
   hints.input = (has_word(words, kInputNames) ? 2 : 0) + (holds(kInputUnits, unit) ? 1 : 0);
-  hints.output = (has_word(words, kOutputNames) ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
+  const bool is_output = has_word(words, kOutputNames) || std::any_of(words.begin(), words.end(), [](const auto& w) {
+                           return holds(kWholeOutputNames, w);
+                         });
+  hints.output = (is_output ? 2 : 0) + (holds(kOutputUnits, unit) ? 1 : 0);
+  // What else the name says of the signal comes before the port: "AI0 Valve Command".
+  const bool says_more = hints.input > 1 || hints.output > 0;
+  if (port == CardPort::output && !says_more) hints.input += 2;
+  // No more than volts weigh: of two inputs of a card, in V and mm, that in volts is the plant's input.
+  if (port == CardPort::input && !says_more) hints.output += 1;
   if (is_set_point(words, unit)) {
     hints.input = 0;
     hints.output = 0;

@@ -21,6 +21,7 @@
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/imported_table.hpp"
 #include "daemon/importer/lone_rows.hpp"
 #include "daemon/importer/missing_codes.hpp"

@@ -16,6 +16,7 @@
 #include "core/shell_word.hpp"
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/time_grid.hpp"
 
 namespace eha::importer {

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/resample.hpp"
 

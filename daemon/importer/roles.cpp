@@ -15,6 +15,7 @@
 #include "core/text.hpp"
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/own_times.hpp"
 #include "daemon/importer/time_column.hpp"
@@ -165,13 +166,14 @@ class Finder {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       if (comparable(columns_[i].label) == comparable(*text)) found.push_back(i);
     }
-    for (std::size_t i = 0; found.empty() && i < columns_.size(); ++i) {
-      if (comparable(columns_[i].name) == comparable(*text) && !text->empty()) found.push_back(i);
-    }
+    // Before a name without its unit: of "Time (s),1 (VOLT),2 (VOLT)", 2 is the second column, as every message has it.
     std::size_t number = 0;
     const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
     if (found.empty() && error == std::errc() && end == text->data() + text->size()) {
       if (number >= 1 && number <= columns_.size()) found.push_back(number - 1);
+    }
+    for (std::size_t i = 0; found.empty() && i < columns_.size(); ++i) {
+      if (comparable(columns_[i].name) == comparable(*text) && !text->empty()) found.push_back(i);
     }
     if (found.empty()) {
       throw UsageError(fmt::format("{} {}: {} has no such column; it has {}{}", option, readable(*text, kLongestShown),
@@ -290,6 +292,11 @@ class Finder {
   }
 
   void choose_pair(Roles& roles, std::optional<std::size_t> input, std::optional<std::size_t> output) const {
+    if (input && output && *input == *output) {
+      throw UsageError(fmt::format("--input {} and --output {} are one column of {}, {}; it has {}",
+                                   readable(*options_.input, kLongestShown), readable(*options_.output, kLongestShown),
+                                   path_, described(columns_, *input), list()));
+    }
     const std::size_t missing = (input ? 0 : 1) + (output ? 0 : 1);
     const std::vector<std::size_t> left = candidates(roles, {input, output}, missing);
     if (left.size() < missing) {
@@ -506,34 +513,6 @@ double output_time_unit_s(const std::vector<Column>& columns, const Roles& roles
                           const Options& options) {
   const Column& own = columns[*roles.output_time];
   return time_unit_s(own.unit.empty() ? columns[*roles.time] : own, path, options);
-}
-
-std::string_view prefix_of(std::string_view label) {
-  const std::size_t at = label.find_last_of("./");
-  return at == std::string_view::npos ? std::string_view() : label.substr(0, at + 1);
-}
-
-std::string listed(const std::vector<Column>& columns) {
-  constexpr std::size_t kMostListed = 12;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(columns.size(), kMostListed); ++i) {
-    text += (i == 0 ? "" : ", ") + described_with_unit(columns, i);
-    if (!columns[i].is_number) text += " (text)";
-  }
-  return columns.size() > kMostListed ? fmt::format("{} and {} more", text, columns.size() - kMostListed) : text;
-}
-
-std::string described(const std::vector<Column>& columns, std::size_t index) {
-  const std::string& label = columns[index].label;
-  if (label.empty()) return fmt::format("{}", index + 1);
-  return fmt::format("{} \"{}\"", index + 1, readable(label, kLongestShown));
-}
-
-std::string described_with_unit(const std::vector<Column>& columns, std::size_t index) {
-  const std::string& unit = columns[index].unit;
-  const std::string& label = columns[index].label;
-  const bool is_said = unit.empty() || name_and_unit(label).second == unit || label.ends_with(" " + unit);
-  return described(columns, index) + (is_said ? "" : fmt::format(" [{}]", readable(unit, kLongestShown)));
 }
 
 }  // namespace eha::importer

@@ -78,15 +78,4 @@ inline constexpr std::string_view kFilledColumn = "filled";
 [[nodiscard]] double output_time_unit_s(const std::vector<Column>& columns, const Roles& roles,
                                         const std::filesystem::path& path, const Options& options);
 
-/// "rec." of "rec.u"
-[[nodiscard]] std::string_view prefix_of(std::string_view label);
-
-/// The columns for a message.
-[[nodiscard]] std::string listed(const std::vector<Column>& columns);
-
-/// A column for a message: `2 "Spannung [V]"`.
-[[nodiscard]] std::string described(const std::vector<Column>& columns, std::size_t index);
-/// The same with the unit where the label does not say it: `2 "Spannung" [V]`.
-[[nodiscard]] std::string described_with_unit(const std::vector<Column>& columns, std::size_t index);
-
 }  // namespace eha::importer

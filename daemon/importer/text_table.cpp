@@ -18,6 +18,7 @@
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/csv_fields.hpp"
 #include "daemon/importer/dialect.hpp"
 #include "daemon/importer/header_facts.hpp"

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/importer/clock_text.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/roles.hpp"
 #include "daemon/importer/time_grid.hpp"

@@ -7,6 +7,7 @@
 
 #include "core/display_unit.hpp"
 #include "daemon/importer/column_names.hpp"
+#include "daemon/importer/column_text.hpp"
 #include "daemon/importer/roles.hpp"
 
 namespace eha::importer {

@@ -105,6 +105,38 @@ TEST(Roles, AreAskedForWhereTwoColumnsMayBeTheInput) {
   EXPECT_EQ(columns_of(text, {.input = "3", .output = "c [mm]"}), "b/c");
 }
 
+TEST(Roles, OfColumnsThatAreNamedByNumbersAreAskedAboutAndChosenByNumber) {
+  const std::string rows = "\n0,1,2\n0.1,2,3\n0.2,4,3\n";
+  const std::string refusal = columns_of("Time (s),1 (VOLT),2 (VOLT)" + rows);
+  EXPECT_NE(refusal.find("--time 1 --input 2 --output 3`"), std::string::npos) << refusal;
+  EXPECT_EQ(columns_of("Time (s),1 (VOLT),2 (VOLT)" + rows, {.input = "2", .output = "3"}), "1/2");
+  EXPECT_NE(columns_of("Time (s),a [V],b [V]" + rows, {.input = "a [V]", .output = "2"}).find("are one column"),
+            std::string::npos);
+}
+
+TEST(Roles, OfACardsPortsAreAsTheCardDrivesAndReads) {
+  const std::string rows = "\n0,1,2\n0.1,2,3\n0.2,4,3\n";
+  for (const auto& [out, in] :
+       {std::pair("AO0", "AI0"), std::pair("AO 0 [V]", "AI 1 [V]"), std::pair("Dev1/ao0", "Dev1/ai3"),
+        std::pair("Analog Output 0", "Analog Input 0"), std::pair("AnalogOut_V", "AnalogIn_V"),
+        std::pair("DAC1", "ADC2"), std::pair("Out", "Act"), std::pair("PWM", "Encoder"), std::pair("MV", "PV"),
+        std::pair("Stellgröße", "Regelgröße")}) {
+    const auto read = [&, out = std::string(out), in = std::string(in)](bool in_order) {
+      const std::string roles = columns_of("Time (s)," + (in_order ? out + "," + in : in + "," + out) + rows);
+      const std::size_t slash = roles.rfind('/');
+      return std::pair(roles.substr(0, slash), roles.substr(slash + 1));
+    };
+    EXPECT_EQ(read(true), read(false)) << out << " and " << in;
+    EXPECT_EQ(read(true).first.substr(0, 1), std::string_view(out).starts_with("Dev") ? "a" : std::string(1, out[0]))
+        << out;
+  }
+  // What a name says beside the port counts, and of two inputs of a card none is the plant's by itself.
+  EXPECT_EQ(columns_of("Time (s),AI0 Rod [mm],AI1 Valve [V]" + rows), "AI1_Valve/AI0_Rod");
+  EXPECT_EQ(columns_of("Time (s),AI0 [mm],AI1 [V]" + rows), "AI1/AI0");
+  EXPECT_NE(columns_of("Time (s),AI0 [V],AI1 [V]" + rows).find("which columns"), std::string::npos);
+  EXPECT_NE(columns_of("Time (s),Contact,Impact" + rows).find("Contact"), std::string::npos);
+}
+
 TEST(Roles, LeaveOutSetPointsForcesAndPressures) {
   EXPECT_EQ(columns_of("Zeit;Soll;Ist;Ventil\n0;1;2;3\n0,1;2;3;4\n0,2;3;4,5;5\n"), "Ventil/Ist");
   EXPECT_EQ(columns_of("Time [s],Ch 1 Displacement [mm],Ch 1 Command [mm],Ch 1 Force [kN],Servo Output [V]\n"
