@@ -31,6 +31,7 @@
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/input_trial.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
@@ -217,6 +218,17 @@ bool has_tripped_by_readings(const Source& source) {
   return cause && cause->is_of_sensor;
 }
 
+/// Says before the fit, which may take minutes, what makes it futile.
+void warn_of_lost_input(const FitCommand& again, const Source& source, const Console& console) {
+  const auto lost = identify::lost_input(source);
+  if (!lost) return;
+  console.warning(
+      fmt::format("{}: {}; this fit is of little use: stop it (Ctrl-C), and {}", source.name, lost->sentence,
+                  lost->options.empty()
+                      ? fmt::format("look at the record: `{}`", picture_of_record(again))
+                      : fmt::format("cut: `{}`", importer::command_with(again.import, again.source, lost->options))));
+}
+
 struct Answered {
   IdentificationTask task;
   Identification identification;
@@ -290,6 +302,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_warnings(source, task.options.decimation / identify::parts_of_a_row(source), console, [&](int every) {
     return importer::command_with(again.import, again.source, fmt::format("--decimate {}", every));
   });
+  warn_of_lost_input(again, source, console);
   if (command.sweep) {
     std::optional<fs::path> folder = command.output;
     os::FileDescriptor models;

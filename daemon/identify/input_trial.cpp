@@ -214,6 +214,51 @@ double motion_of(const ident::Record& record) {
   return std::sqrt((record.output.tail(steps) - record.output.head(steps)).array().square().mean());
 }
 
+/// "The input's column froze from 30 to 49.98 s and 2 more times: it keeps 0 V ..."
+std::string frozen_text(const Stretches& stretches, const ident::Record& record) {
+  const auto& [first, last] = *std::max_element(stretches.begin(), stretches.end(), [](const auto& a, const auto& b) {
+    return a.second - a.first < b.second - b.first;
+  });
+  return fmt::format(
+      "The input's column froze from {} to {} s{}: it keeps {:.6g}{} to the last digit while the output "
+      "turns about as it does elsewhere, so that what the plant got is not recorded there",
+      time_at(record, first), time_at(record, last),
+      stretches.size() > 1 ? fmt::format(" and {} more times", stretches.size() - 1) : std::string(),
+      record.input[first], ident::after_number(record.input_channel.unit));
+}
+
+/// Correlation of x, of zero mean, with the change of y over so many rows from each row on.
+double correlation_with_change(const Eigen::VectorXd& x, const Eigen::VectorXd& y, Index rows) {
+  const Index count = y.size() - rows;
+  Eigen::VectorXd change = y.tail(count) - y.head(count);
+  change.array() -= change.mean();
+  const double norms = x.head(count).norm() * change.norm();
+  return norms > 0.0 ? x.head(count).dot(change) / norms : 0.0;
+}
+
+/// Whether an input is plain noise, as of an open wire, and the output, which moves, has no part in it: of white noise
+/// every correlation scatters by 1 / sqrt(N).
+bool is_noise_beside_the_output(const ident::Record& record) {
+  constexpr Index kFewestRows = 500;
+  constexpr double kByChance = 5.0;  // standard deviations
+  constexpr double kSmooth = 0.7;    // correlation of neighbours, of a motion and not of a sensor's noise
+  const Eigen::VectorXd& y = record.output;
+  const Index rows = record.input.size();
+  if (rows < kFewestRows || y.size() != rows || !record.input.allFinite() || !y.allFinite()) return false;
+  const Eigen::VectorXd u = record.input.array() - record.input.mean();
+  const Eigen::VectorXd motion = y.array() - y.mean();
+  if (!(u.squaredNorm() > 0.0) || !(motion.squaredNorm() > 0.0)) return false;
+  if (motion.head(rows - 1).dot(motion.tail(rows - 1)) < kSmooth * motion.squaredNorm()) return false;
+  const double bound = kByChance / std::sqrt(static_cast<double>(rows));
+  for (Index lag = 1; lag <= 10; ++lag) {
+    if (std::abs(u.head(rows - lag).dot(u.tail(rows - lag))) > bound * u.squaredNorm()) return false;
+  }
+  for (const Index over : {1, 2, 3, 5, 8, 12, 20, 35, 60, 100}) {
+    if (std::abs(correlation_with_change(u, y, over)) > bound) return false;
+  }
+  return true;
+}
+
 /// Where a logger repeated its last value; the part without has to fit far better.
 std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
                                           const std::vector<const IdentifiedModel*>& bases) {
@@ -228,17 +273,9 @@ std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
   // Each beside the motion that it describes: a part may err less because it is quieter.
   const double quieter = std::min(1.0, motion_of(without) / motion_of(record));
   if (!(found->error <= kLessWithoutFrozen * quieter * given->error)) return std::nullopt;
-  const auto& [first, last] = *std::max_element(stretches.begin(), stretches.end(), [](const auto& a, const auto& b) {
-    return a.second - a.first < b.second - b.first;
-  });
   const std::string options = cut_to(*part, record);
   return WrongInput{
-      fmt::format("The input's column froze from {} to {} s{}: it keeps {:.6g}{} to the last digit while the output "
-                  "turns about as it does elsewhere, so that what the plant got is not recorded there; cut with {}, or "
-                  "mend the logger and record again",
-                  time_at(record, first), time_at(record, last),
-                  stretches.size() > 1 ? fmt::format(" and {} more times", stretches.size() - 1) : std::string(),
-                  record.input[first], ident::after_number(record.input_channel.unit), options),
+      fmt::format("{}; cut with {}, or mend the logger and record again", frozen_text(stretches, record), options),
       options};
 }
 
@@ -310,6 +347,28 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   if (auto found = of_clipped_input(source, task, bases)) return found;
   say(0.5, "comes late");
   return of_late_input(source, task, bases);
+}
+
+std::optional<WrongInput> lost_input(const Source& source) {
+  constexpr double kLong = 0.1;  // of the rows
+  const ident::Record& record = source.record;
+  if (source.run_folder || source.is_of_run || source.is_closed_loop || !source.loop.empty() ||
+      !source.frozen.empty()) {
+    return std::nullopt;
+  }
+  const Stretches stretches = ident::frozen_input(record.input, record.output);
+  Index rows = 0;
+  for (const auto& [first, last] : stretches) rows += last - first + 1;
+  if (static_cast<double>(rows) >= kLong * static_cast<double>(record.input.size()) && rows > 0) {
+    const auto part = longest_without(stretches, record.input.size());
+    return WrongInput{frozen_text(stretches, record), part ? cut_to(*part, record) : std::string()};
+  }
+  if (!is_noise_beside_the_output(record)) return std::nullopt;
+  const double rms = std::sqrt((record.input.array() - record.input.mean()).square().mean());
+  return WrongInput{fmt::format(
+      "The input is plain noise of {:.3g}{} (rms) in which the output, which moves, has no part: its wire is "
+      "off, or it is another column than the input's",
+      rms, ident::after_number(record.input_channel.unit))};
 }
 
 void reject_for(const WrongInput& wrong, const IdentificationTask& task, Identification& identification) {

@@ -18,6 +18,8 @@ constexpr Index kFewestToFreeze = 200;
 constexpr Index kShortestFrozen = 30;
 constexpr double kFrozenShare = 0.01;    // of the rows
 constexpr double kMostKeptBeside = 0.1;  // of the rows beside
+constexpr double kLongHold = 0.1;        // of the rows
+constexpr Index kTimesOtherHolds = 5;    // of the longest other one
 constexpr Index kPartsOfStay = 6;        // of the shortest stretch; the first one holds the answer to what was before
 constexpr Index kPartsOfRecord = 50;
 constexpr Index kFewestOfWindow = 10;
@@ -64,6 +66,25 @@ std::vector<double> bends(const Eigen::VectorXd& output, Index first, Index behi
   return found;
 }
 
+/// Of an input that is held, as steps are: a value that is kept far longer than every other one; none without it.
+std::vector<Rows> longest_hold(const Eigen::VectorXd& input) {
+  Rows longest{0, -1};
+  Index second = 0;
+  each_kept_value(input, [&](Index first, Index last) {
+    const Index length = longest.second - longest.first + 1;
+    if (last - first + 1 <= length) {
+      second = std::max(second, last - first + 1);
+      return;
+    }
+    second = std::max(second, length);
+    longest = {first, last};
+  });
+  const Index length = longest.second - longest.first + 1;
+  if (static_cast<double>(length) < kLongHold * static_cast<double>(input.size())) return {};
+  if (length < kTimesOtherHolds * second) return {};
+  return {longest};
+}
+
 }  // namespace
 
 std::vector<Rows> frozen_input(const Eigen::VectorXd& input, const Eigen::VectorXd& output) {
@@ -85,7 +106,9 @@ std::vector<Rows> frozen_input(const Eigen::VectorXd& input, const Eigen::Vector
       repeats += last - first;
     }
   });
-  if (kept.empty() || static_cast<double>(repeats) > kMostKeptBeside * static_cast<double>(rows - in_kept)) return {};
+  const bool moves_with_each_row =
+      !kept.empty() && static_cast<double>(repeats) <= kMostKeptBeside * static_cast<double>(rows - in_kept);
+  if (!moves_with_each_row) kept = longest_hold(input);
   const double noise = noise_of(output);
   std::vector<Rows> found;
   for (const Rows& stretch : kept) {

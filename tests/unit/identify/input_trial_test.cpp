@@ -140,6 +140,36 @@ TEST(InputTrial, FindsExchangedColumnsOfARodWithADeadBand) {
   EXPECT_EQ(found.mended_input, "--input 3 --output 2");
 }
 
+TEST(InputTrial, SaysOfTheRecordAloneThatItsInputIsLost) {
+  const auto sentence = [](const VectorXd& input, const VectorXd& output) {
+    const auto lost = lost_input(record_of(input, output));
+    return lost ? lost->sentence + "; " + lost->options : std::string();
+  };
+  ident::PortableDraw draw(5);
+  VectorXd noise(kRows);
+  for (double& x : noise) x = 0.0003 * draw.normal();
+  for (const VectorXd& input : {tones(2.0), steps()}) {
+    const VectorXd output = rod(input);
+    EXPECT_EQ(sentence(input, output), "");
+    VectorXd frozen = input;
+    frozen.tail(kRows / 2).setZero();
+    const std::string found = sentence(frozen, output);
+    EXPECT_EQ(found.rfind("The input's column froze from 30 to 59.98 s: it keeps 0 V", 0), 0U) << found;
+    EXPECT_NE(found.find("; --to 29.98"), std::string::npos) << found;
+    EXPECT_EQ(sentence(noise, output).rfind("The input is plain noise of 0.000303 V", 0), 0U)
+        << sentence(noise, output);
+  }
+  // Noise that moves the rod is its input; at rest a rod moves as little as the input that is held.
+  const VectorXd driving = 1000.0 * noise;
+  EXPECT_EQ(sentence(driving, rod(driving)), "");
+  VectorXd rests = steps();
+  rests.tail(kRows / 2).setConstant(-0.2);
+  EXPECT_EQ(sentence(rests, rod(rests)), "");
+  Source loop = record_of(noise, rod(tones(2.0)));
+  loop.is_closed_loop = true;
+  EXPECT_FALSE(lost_input(loop));
+}
+
 TEST(InputTrial, SuspectsNoSoundInput) {
   const VectorXd command = tones(4.0);
   const VectorXd limited = command.cwiseMax(-2.0).cwiseMin(2.0);
