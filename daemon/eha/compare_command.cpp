@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -17,6 +18,7 @@
 #include "daemon/eha/comparison_answer.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/exported_origin.hpp"
+#include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/next_command.hpp"
@@ -27,6 +29,7 @@
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/record_units.hpp"
+#include "daemon/importer/asked_command.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -51,15 +54,17 @@ draws the record with each model's output and error.
 Models alone: compares their parameters.
 -o FILE.html writes a before/after report: what changed, both records and errors over time, Bode plots over one another;
 .svg, .png or .pdf draws the Bode plots alone.
+--period, --input and the other options on files hold for every file that is named; --from and --to for runs, too.
 
 Examples:
   eha compare runs/20261122T101500Z-paper runs/latest -o changes.html
+  eha compare before.csv after.csv --input "Valve [V]" --output "Rod [mm]" --from 2
   eha compare models/io.json models/fo.json record.csv -o bode.svg)";
 
 struct CompareCommand {
   std::vector<std::string> sources;                    ///< run folders and records, or model files (.json)
   std::optional<ident::Intersample> intersample = {};  ///< of files
-  std::string as_given = {};                           ///< the line, quoted for a shell
+  importer::Options import = {};                       ///< of every file
   std::optional<std::filesystem::path> output = {};    ///< report (.html), or picture of the Bode plots
 };
 
@@ -165,16 +170,36 @@ ExitCode compare_valves(const std::vector<sheet::RunSheet>& sheets, const Compar
   return ExitCode::ok;
 }
 
+/// How one of the records is read. The options are of the files: a run's columns are known.
+importer::Options import_of(const std::string& record, const std::vector<std::string>& records,
+                            const importer::Options& given) {
+  const auto is_run = [](const std::string& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored);
+  };
+  importer::Options options = given;
+  const bool has_file = !std::all_of(records.begin(), records.end(), is_run);
+  if (is_run(record) && has_file) {
+    options = {.from_s = given.from_s, .to_s = given.to_s};
+  } else if (!importer::says_how_to_read(given)) {
+    // What one file lacks need not hold for the others: it is answered by a copy of that one.
+    options.then = std::exchange(options.command, {});
+  }
+  return options;
+}
+
 /// What goes on where the plant of a record has changed: a model of that record; on a rig whose valve changed, the
 /// measurement of the valve.
 void say_next_of_change(const identify::Source& source, const std::string& name, bool changes_valve,
-                        const std::optional<ident::Intersample>& intersample, const Console& console) {
+                        const CompareCommand& command, const std::optional<ident::Intersample>& intersample,
+                        const Console& console) {
   if (source.run_folder && changes_valve) {
     console.next_step(suggest::characterise(access_of_run(*source.run_folder)));
   } else if (source.run_folder) {
     console.next_step(report_of_run(*source.run_folder, "eha fit " + shell_word(name)));
   } else {
-    console.next_step(fmt::format("eha fit {}{} -o {}", shell_word(name), intersample_words(intersample),
+    console.next_step(fmt::format("eha fit {}{}{} -o {}", shell_word(name),
+                                  importer::words_of_reading(command.import.command), intersample_words(intersample),
                                   shell_word(free_name("models"))));
   }
 }
@@ -191,7 +216,20 @@ bool take_files_as_straight(std::vector<identify::Source>& sources, const identi
   return true;
 }
 
-ExitCode execute(const CompareCommand& command, Console& console) {
+const std::vector<std::string> kEndings{".html", ".svg", ".png", ".pdf"};
+
+/// An earlier version took --output for the file to write, and no column has such a name.
+CompareCommand as_meant(CompareCommand command) {
+  if (command.output || !command.import.output) return command;
+  const std::string ending = std::filesystem::path(*command.import.output).extension().string();
+  if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) return command;
+  command.output = *command.import.output;
+  command.import.output.reset();
+  return command;
+}
+
+ExitCode execute(const CompareCommand& given, Console& console) {
+  const CompareCommand command = as_meant(given);
   std::vector<std::string> files;
   std::vector<std::string> records;
   for (const std::string& source : command.sources) (is_model(source) ? files : records).push_back(source);
@@ -201,6 +239,10 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     throw UsageError(
         "expected two or more runs (eha compare BEFORE AFTER), or models and one record (eha compare MODEL.json... "
         "DATA), or two or more models");
+  }
+  if (records.empty() && importer::says_how_to_read(command.import)) {
+    throw UsageError("models alone have no columns and no rows; name the record, too, or leave out " +
+                     importer::words_of_reading(command.import.command).substr(1) + " (-o names the file to write)");
   }
   if (const std::vector<sheet::RunSheet> sheets =
           files.empty() ? sheets_of(records, console) : std::vector<sheet::RunSheet>();
@@ -214,7 +256,8 @@ ExitCode execute(const CompareCommand& command, Console& console) {
   std::vector<bool> takes_straight;
   std::optional<identify::Source> straight;
   for (const std::string& record : records) {
-    sources.push_back(identify::load_source(record, {}, {.then = command.as_given}, console.progress_callback()));
+    sources.push_back(
+        identify::load_source(record, {}, import_of(record, records, command.import), console.progress_callback()));
     sources.back().opened = {};  // nothing is written there, and a process has a limited number of descriptors
     if (command.intersample == ident::Intersample::straight) identify::take_input_as_straight(sources.back());
     if (command.intersample || files.empty() || sources.back().run_folder) continue;
@@ -281,8 +324,8 @@ ExitCode execute(const CompareCommand& command, Console& console) {
       if (!other) continue;
       console.warning(
           fmt::format("{}: {}: {}", sources.front().name, files[i], identify::exchange_sentence(*other, scored[i])));
-      exchange = fmt::format("eha validate {} {} {}", shell_word(files[i]), shell_word(records.front()),
-                             sources.front().exchange);
+      exchange = fmt::format("eha validate {} {}{} {}", shell_word(files[i]), shell_word(records.front()),
+                             importer::words_of_reading(command.import.command), sources.front().exchange);
     }
     console.end_progress();
     document = described(scored, models, files, sources.front()).document;
@@ -314,7 +357,7 @@ ExitCode execute(const CompareCommand& command, Console& console) {
     const bool is_straight = are_files_straight || (straight && takes_straight.front());
     const auto intersample = is_straight ? std::optional(ident::Intersample::straight) : command.intersample;
     const std::size_t changed = *shown.changed_source;
-    say_next_of_change(sources[changed], records[changed], shown.changes_valve, intersample, console);
+    say_next_of_change(sources[changed], records[changed], shown.changes_valve, command, intersample, console);
   }
   return ExitCode::ok;
 }
@@ -325,16 +368,15 @@ void add_compare(CLI::App& app, ParsedLine& line) {
   CLI::App* sub = app.add_subcommand("compare", "Show what changed between runs, or which model suits a record");
   sub->footer(kCompareFooter);
   auto& command = options_of<CompareCommand>(*sub, line);
-  command.as_given = line.as_given;
   takes_run_name(sub->add_option("sources", command.sources, "Run folders, records or model files (.json)"), line)
       ->required()
       ->expected(2, 1000)
       ->type_name("RUN|MODEL|FILE");
   add_intersample_option(*sub, command.intersample);
-  sub->add_option("-o,--output", command.output,
-                  "Report to write (.html), or a picture of the Bode plots (.svg, .png, .pdf)")
+  sub->add_option("-o", command.output, "Report to write (.html), or a picture of the Bode plots (.svg, .png, .pdf)")
       ->type_name("FILE")
-      ->check(ends_in({".html", ".svg", ".png", ".pdf"}));
+      ->check(ends_in(kEndings));
+  add_import_options(*sub, line, command.import, ImportedColumns::record);
 }
 
 }  // namespace eha::cli

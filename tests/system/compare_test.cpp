@@ -262,6 +262,33 @@ TEST_F(TwoRuns, CompareTakesTheInputOfAFileAsStraight) {
                  {"the input of a run is held"});
 }
 
+TEST(CompareOfFiles, TakesTheOptionsOfReadingForEachOfThem) {
+  const TemporaryFolder folder;
+  // Neither file has a time, and volts stand in two columns.
+  const auto write = [&](const char* name, double gain) {
+    std::string text = "A [V],B [V],Rod [mm]\n";
+    double place = 70.0;
+    for (int k = 0; k < 1500; ++k) {
+      const double volts = std::sin(0.05 * k) + 0.7 * std::sin(0.171 * k + 1.0) + 0.5 * std::sin(0.493 * k + 2.0);
+      text += std::to_string(volts) + "," + std::to_string(5.0 + 0.01 * (k % 7)) + "," + std::to_string(place) + "\n";
+      place += 0.02 * gain * volts;
+    }
+    folder.write(name, text);
+  };
+  write("before.csv", 20.0);
+  write("after.csv", 26.0);
+  const Ended asked = run_eha({"compare", "before.csv", "after.csv"}, folder.path());
+  EXPECT_EQ(asked.code, static_cast<int>(ExitCode::bad_data));
+  EXPECT_NE(asked.err.find("eha import before.csv"), std::string::npos) << asked.err;
+  const Ended ended =
+      run_eha({"compare", "before.csv", "after.csv", "--period", "0.02", "--input", "A [V]"}, folder.path());
+  ASSERT_EQ(ended.code, 0) << ended.err;
+  EXPECT_NE(ended.out.find("Next: eha fit after.csv --period 0.02 --input 'A [V]'"), std::string::npos) << ended.out;
+  const Ended wrong = run_eha({"compare", "before.csv", "after.csv", "--period", "0.02"}, folder.path());
+  EXPECT_NE(wrong.err.find("eha compare before.csv after.csv --period 0.02 --input 1 --output 3`"), std::string::npos)
+      << wrong.err;
+}
+
 TEST_F(TwoRuns, ARunTellsALeakFromAnotherValve) {
   const auto warned = [&](const std::string& rig) {
     return run_eha({"run", source_file("config/experiments/paper.toml"), "--local", "--fast", "--rig", rig, "--output",
