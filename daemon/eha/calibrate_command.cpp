@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -22,9 +21,9 @@
 #include "config/measured_check.hpp"
 #include "config/rig_config.hpp"
 #include "core/free_name.hpp"
-#include "core/millimetre_key.hpp"
 #include "core/os/files.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/calibration_readings.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/drive_options.hpp"
@@ -33,7 +32,6 @@
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/service_command.hpp"
-#include "daemon/importer/imported_table.hpp"
 #include "daemon/rig/arming.hpp"
 #include "daemon/rig/calibration.hpp"
 #include "daemon/rig/trusted_file.hpp"
@@ -49,6 +47,7 @@ constexpr const char* kCalibrateFooter = R"(
 Finds scale and offset of the displacement sensor from positions measured with a ruler, and moves nothing: place the rod
 yourself, by eha goto or with the hydraulics off. Asks for each position and reads the sensor there for 1 s; an empty line
 ends. A position far beyond the travel limits is not taken. Positions with their voltages, as eha read shows them, can also come from --at or a CSV file. Needs at least 3.
+A decimal comma is taken, too: 74,989mm=4,921.
 Least squares give scale and offset with standard errors. The residual of each position is shown; with one beyond the
 tolerance nothing is written, nor where places shift by more than 0.1 in (2.54 mm) on a rig whose [following] was
 measured by the old calibration: the ruler was read from another zero, or the sensor was moved (--sensor-moved). Lengths are shown in --units, else in the units of the rig file; so is a number without a
@@ -139,42 +138,6 @@ class Sensor {
   std::int64_t elapsed_ns_ = 0;
 };
 
-/// "2.95in=4.917". @throws UsageError
-CalibrationPoint point_of(const std::string& text, const DisplayUnit& unit) {
-  const std::size_t equals = text.find('=');
-  const std::optional<double> position_in = inches_of(std::string_view(text).substr(0, equals), unit);
-  std::string_view volts = equals == std::string::npos ? std::string_view() : std::string_view(text).substr(equals + 1);
-  if (volts.ends_with('V')) volts.remove_suffix(1);
-  double voltage_V = 0.0;
-  const auto [end, error] = std::from_chars(volts.data(), volts.data() + volts.size(), voltage_V);
-  if (!position_in || error != std::errc() || end != volts.data() + volts.size()) {
-    throw UsageError(fmt::format("--at {}: expected a position, = and volts{}, such as 75mm=4.921 or 2.95in=4.917",
-                                 text, text.find(',') == std::string::npos ? "" : ", with a point for decimals"));
-  }
-  return {*position_in, voltage_V};
-}
-
-std::vector<CalibrationPoint> points_of_file(const std::string& path) {
-  const std::unique_ptr<importer::Table> table = importer::open_table(path, {});
-  std::optional<std::size_t> position;
-  std::optional<std::size_t> voltage;
-  const std::vector<importer::Column>& columns = table->columns();
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (columns[i].unit == "in" || columns[i].unit == "mm") position = i;
-    if (columns[i].unit == "V") voltage = i;
-  }
-  if (!position || !voltage) {
-    throw DataError(fmt::format("{}: expected the columns position_in (or position_mm) and voltage_V", path));
-  }
-  importer::Selection selection;
-  selection.columns = {*position, *voltage};
-  const importer::Rows rows = table->read(selection, {});
-  const double factor = columns[*position].unit == "mm" ? 1.0 / kMillimetresPerInch : 1.0;
-  std::vector<CalibrationPoint> points;
-  for (std::size_t i = 0; i < rows.count(); ++i) points.push_back({factor * rows.columns[0][i], rows.columns[1][i]});
-  return points;
-}
-
 /// Says of a position where no rod of this rig can be that it is one; empty for others. Millimetres taken for inches
 /// make a scale that is 25 times wrong.
 std::string beyond_the_rig(double position_in, const config::RigConfig& rig, const DisplayUnit& unit) {
@@ -195,7 +158,7 @@ void ask_points(std::vector<CalibrationPoint>& points, Sensor& sensor, const con
   for (std::string line;;) {
     std::cerr << fmt::format("position {} [{}]: ", points.size() + 1, unit.of("in")) << std::flush;
     if (!std::getline(std::cin, line) || line.empty()) break;
-    const std::optional<double> position_in = inches_of(line, unit);
+    const std::optional<double> position_in = inches_of(with_decimal_point(line), unit);
     if (!position_in) {
       console.warning(fmt::format("\"{}\": expected a length, such as 75mm or 2.95in", line));
       continue;
@@ -307,17 +270,6 @@ void report(const std::vector<CalibrationPoint>& points, const Calibration& foun
       "nothing is written: positions and voltages are up to {:.3g} {} off a line, {:.3g} {} are allowed; measure the "
       "positions again that are named above, or allow more with --tolerance",
       factor * worst_in, in, factor * tolerance_in, in));
-}
-
-/// The unit in which all positions are typed; empty where they differ, or without one.
-std::string typed_unit(const std::vector<std::string>& pairs) {
-  std::string unit;
-  for (const std::string& pair : pairs) {
-    const std::string of_pair = unit_of_length(std::string_view(pair).substr(0, pair.find('=')));
-    if (of_pair.empty() || (!unit.empty() && of_pair != unit)) return {};
-    unit = of_pair;
-  }
-  return unit;
 }
 
 /// The same calibration of a sensor that was moved, by the readings that were taken.

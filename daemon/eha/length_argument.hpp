@@ -38,9 +38,23 @@ namespace eha::cli {
   return inches_of(is_alone ? std::string(text) + unit.of("in") : std::string(text));
 }
 
+/// "74,989mm" with a point for its decimal comma; a text with more commas, or with a point too, as it is. For readings
+/// of a ruler and a meter alone, which are checked against the rig: what commands a motion takes points.
+[[nodiscard]] inline std::string with_decimal_point(std::string_view text) {
+  std::string point(text);
+  const std::size_t comma = point.find(',');
+  const auto is_digit = [&](std::size_t at) {
+    return at < point.size() && std::isdigit(static_cast<unsigned char>(point[at])) != 0;
+  };
+  if (comma == std::string::npos || comma == 0 || !is_digit(comma - 1) || !is_digit(comma + 1)) return point;
+  if (point.find(',', comma + 1) != std::string::npos || point.find('.') != std::string::npos) return point;
+  point[comma] = '.';
+  return point;
+}
+
 /// Returns the unit of a length that inches_of() takes, "mm" of "2.5 mm"; empty without one.
 [[nodiscard]] inline std::string unit_of_length(std::string_view text) {
-  const std::size_t end = text.find_last_of("0123456789. ");
+  const std::size_t end = text.find_last_of("0123456789., ");
   text.remove_prefix(end == std::string_view::npos ? 0 : end + 1);
   const std::string unit = known_unit(text).value_or("");
   return is_length(unit) ? unit : std::string();

@@ -54,7 +54,7 @@ std::optional<double> agreed_ruler(const DriveOptions& command, const std::optio
   const std::optional<double> shown_in = place_without_following(command);
   if (!shown_in) return std::nullopt;
   const std::optional<std::string> text = ruler ? ruler : asked_ruler();
-  const std::optional<double> ruler_in = text ? inches_of(*text) : std::nullopt;
+  const std::optional<double> ruler_in = text ? inches_of(with_decimal_point(*text)) : std::nullopt;
   if (text && !ruler_in) {
     throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as 2.95in or 75mm", *text));
   }

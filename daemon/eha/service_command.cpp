@@ -266,7 +266,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
 
 /// @throws UsageError
 double ruler_of(const std::string& text) {
-  const std::optional<double> ruler_in = inches_of(text);
+  const std::optional<double> ruler_in = inches_of(with_decimal_point(text));
   if (ruler_in) return *ruler_in;
   throw UsageError(fmt::format("--ruler {}: expected a length with its unit, such as 75mm or 2.95in", text));
 }

@@ -362,6 +362,18 @@ TEST(Calibrate, TakesNumbersAloneInTheUnitsOfTheRigAndWritesThem) {
   EXPECT_NE(text.find("scale_mm_per_V = 15.2"), std::string::npos) << text;
   EXPECT_EQ(text.find("scale_in_per_V ="), std::string::npos) << text;
   EXPECT_EQ(run_eha({"check", "new.toml"}, folder.path()).code, 0);
+  const Ended comma = run_eha({"calibrate", "--rig", "rig.toml", "--at", "10=0,656", "--at", "74,989mm=4,9205V", "--at",
+                               "14,0 cm=9,186", "-o", "comma.toml", "--json"},
+                              folder.path());
+  ASSERT_EQ(comma.code, 0) << comma.err;
+  EXPECT_NEAR(Json::parse(comma.out).at("points").at(1).at("position_in").get<double>(), 74.989 / 25.4, 1e-9);
+  EXPECT_EQ(run_eha({"calibrate", "--rig", "rig.toml", "--at", "1,0,5=0,656"}, folder.path()).code,
+            static_cast<int>(ExitCode::usage));
+  folder.write("ruler.csv", "Lineal [cm];U [V]\n1,00;0,656\n7,50;4,921\n14,00;9,186\n");
+  const Ended pairs =
+      run_eha({"calibrate", "--rig", "rig.toml", "--pairs", "ruler.csv", "-o", "cm.toml", "--json"}, folder.path());
+  ASSERT_EQ(pairs.code, 0) << pairs.err;
+  EXPECT_NEAR(Json::parse(pairs.out).at("scale_in_per_V").get<double>(), 0.6, 0.001);
   const Ended narrow = run_eha({"calibrate", "--rig", "rig.toml", "--at", "10=0.656", "--at", "75.2=4.921", "--at",
                                 "140=9.186", "--tolerance", "0.1"},
                                folder.path());
