@@ -286,12 +286,11 @@ Json submitted(Client& client, const std::vector<ExperimentFile>& files, const R
   return client.call("submit", options({{"experiments", std::move(list)}}), patience, is_stopped).at("entries");
 }
 
-/// "the lease is meier's for another 540 s" where somebody else holds it; else empty.
+/// Where somebody else holds the lease what the service says of that; else empty.
 std::string lease_of_another(Client& client) {
   const Json lease = client.call("status").at("lease");
   if (lease.is_null() || lease.at("uid") == geteuid()) return {};
-  return fmt::format("the lease is {}'s for another {:.0f} s", lease.at("user").get<std::string>(),
-                     lease.at("remaining_s").get<double>());
+  return lease.at("text").get<std::string>();
 }
 
 ExitCode leave(Client& client, const Json& entries, const RunCommand& command, const Console& console) {
