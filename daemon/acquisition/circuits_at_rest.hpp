@@ -15,6 +15,9 @@ enum class CircuitAtRest {
   contact,         ///< the auxiliary contact is closed although the enable line is off
 };
 
+/// A reading that fails sooner is tried again at the next moment: one that took longer leaves out those of a second.
+inline constexpr std::chrono::milliseconds kSlowFailure{20};
+
 /// Time after the enable line went off at which its contact must be open.
 [[nodiscard]] std::chrono::duration<double> longest_drop_out(const hal::RigCapabilities& rig) noexcept;
 

@@ -31,7 +31,8 @@ Breach LimitMonitor::check(std::int64_t at_ns, const hal::RigReading& reading, d
   }
   const Breach jump = check_jump(at_ns, reading.displacement_in);
   estimate_velocity(at_ns, reading.displacement_in);
-  if (jump.fault != Fault::none) return jump;
+  has_jumped_ = jump.fault != Fault::none;
+  if (has_jumped_) return jump;
   if (const Breach breach = check_travel(reading.displacement_in); breach.fault != Fault::none) return breach;
   if (std::abs(velocity_in_per_s_) > limits_.velocity_limit_in_per_s) {
     return {Fault::velocity_limit, velocity_in_per_s_,

@@ -45,6 +45,8 @@ class LimitMonitor {
 
   /// Speed of the last reading checked [in/s].
   [[nodiscard]] double velocity_in_per_s() const noexcept { return velocity_in_per_s_; }
+  /// Whether the last reading was farther from the one before than any rod goes.
+  [[nodiscard]] bool has_jumped() const noexcept { return has_jumped_; }
 
   /// Share of the way to a travel limit at the last reading checked, stopping distance included: 0 in the middle of the
   /// allowed travel, over 1 where it trips.
@@ -70,6 +72,7 @@ class LimitMonitor {
   bool way_back_ = false;
   double lower_reached_in_ = 0.0;  ///< on the way back: the innermost places, from below and from above
   double upper_reached_in_ = 0.0;
+  bool has_jumped_ = false;
   double velocity_in_per_s_ = 0.0;
   double travel_share_ = 0.0;
   std::uint32_t last_code_ = 0;

@@ -263,7 +263,7 @@ ExitCode exit_code(const RunReport& report) noexcept {
 }
 
 bool reading_jumped(const FaultReport& report) noexcept {
-  return report.fault == Fault::sensor_slip ||
+  return report.fault == Fault::sensor_slip || report.has_jumped ||
          (report.fault == Fault::velocity_limit && std::abs(report.value) > kNoRod * std::abs(report.limit));
 }
 

@@ -52,6 +52,7 @@ struct FaultReport {
   std::int64_t at_ns = 0;                      ///< from the run's first tick [ns]
   double value = 0.0;                          ///< measured, in the unit of the limit
   double limit = 0.0;                          ///< allowed
+  bool has_jumped = false;                     ///< by then the reading had left the rod's place, whatever ended the run
 };
 
 /// Closest approach of a run to a limit of the rig.

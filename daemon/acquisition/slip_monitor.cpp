@@ -12,20 +12,26 @@ namespace {
 // Pinned by slip_monitor_test.cpp.
 constexpr double kLeast_in = 0.01;
 constexpr double kNoiseDeviations = 8.0;
-constexpr double kNoise_s = 0.5;    ///< time constant of the noise's estimate
-constexpr int kNoiseReadings = 20;  ///< before them it is not known
-constexpr double kSteady_s = 0.01;  ///< interference comes back sooner
-constexpr int kSteadyReadings = 5;  ///< the same at a long tick
+constexpr double kNoise_s = 0.5;        ///< time constant of the noise's estimate
+constexpr int kNoiseReadings = 20;      ///< before them it is not known
+constexpr double kMostNoise_in = 0.05;  ///< 8 deviations of the noisiest sensor that is armed, and some more
+constexpr double kSteady_s = 0.01;      ///< interference comes back sooner
+constexpr int kSteadyReadings = 5;      ///< the same at a long tick
 
 }  // namespace
 
-double SlipMonitor::noise_in() const noexcept { return kLeast_in + kNoiseDeviations * std::sqrt(variance_in2_); }
+double SlipMonitor::noise_in() const noexcept {
+  return readings_ > kNoiseReadings ? kLeast_in + kNoiseDeviations * std::sqrt(variance_in2_) : kMostNoise_in;
+}
+
+double SlipMonitor::slipped_in() const noexcept {
+  return slipped_in_ + (std::abs(step_in_) > noise_in() ? step_in_ : 0.0);
+}
 
 Breach SlipMonitor::check(double displacement_in, double velocity_in_per_s, double since_s, double longest_s) noexcept {
   const double change_in = displacement_in - last_in_;
   const double jump_in = change_in - velocity_in_per_s * since_s;
-  const bool knows_noise = readings_ > kNoiseReadings;
-  const bool jumps = knows_noise && std::abs(jump_in) > velocity_limit_in_per_s_ * longest_s + noise_in();
+  const bool jumps = readings_ > 0 && std::abs(jump_in) > velocity_limit_in_per_s_ * longest_s + noise_in();
   if (jumps) {
     step_in_ += jump_in;
     steady_s_ = 0.0;

@@ -8,9 +8,10 @@ namespace eha::acquisition {
 /// Sums the jumps by which a sensor's reading leaves the rod's place: a coupling that slips, a wiper that hops. With y
 /// and v the reading and its speed before, dt the longest time that may lie between two readings, s the noise:
 ///   a reading jumps if  J = y_k - y_(k-1) - v dt_k  is beyond  velocity limit dt + 0.01 in + 8 s
-/// as no rod moves. The jumps up to the next 10 ms without one are one step; a step beyond 0.01 in + 8 s counts, so
-/// that interference, which comes back, does not. sensor_slip at |sum of the steps| > 0.05 in. Does not detect a slip
-/// of less than a jump, or one that takes longer. Real-time safe; cost: some twenty operations. Not thread-safe.
+/// as no rod moves; 0.05 in stand for 0.01 in + 8 s until 20 readings have shown s. The jumps up to the next 10 ms
+/// without one are one step; a step beyond 0.01 in + 8 s counts, so that interference, which comes back, does not.
+/// sensor_slip at |sum of the steps| > 0.05 in. Does not detect a slip of less than a jump, or one that takes longer.
+/// Real-time safe; cost: some twenty operations. Not thread-safe.
 class SlipMonitor {
  public:
   /// @param earlier_in  sum of the runs before [in]
@@ -24,8 +25,8 @@ class SlipMonitor {
   [[nodiscard]] Breach check(double displacement_in, double velocity_in_per_s, double since_s,
                              double longest_s) noexcept;
 
-  /// Sum of the steps: the rod is where the sensor shows, less this [in].
-  [[nodiscard]] double slipped_in() const noexcept { return slipped_in_; }
+  /// Sum of the steps, that of the last 10 ms included: the rod is where the sensor shows, less this [in].
+  [[nodiscard]] double slipped_in() const noexcept;
 
  private:
   [[nodiscard]] double noise_in() const noexcept;

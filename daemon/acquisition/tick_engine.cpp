@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "daemon/acquisition/slip_limit.hpp"
+
 namespace eha::acquisition {
 namespace {
 
@@ -163,7 +165,10 @@ void TickEngine::sample(const TickInputs& inputs, TickRecord& row) noexcept {
   if (breach.fault == Fault::none) {
     breach = following_monitor_.check(inputs.scheduled_ns, reading.displacement_in, applied_.applied_V);
   }
-  if (breach.fault == Fault::none) breach = check_slip(begun_ns, earlier_speed_in_per_s);
+  // Whatever else ends the run: what slipped in this tick is not forgotten.
+  const bool shows_place = !reading.feedback_at_rail && std::isfinite(reading.displacement_in);
+  const Breach slip = shows_place ? check_slip(begun_ns, earlier_speed_in_per_s) : Breach{};
+  if (breach.fault == Fault::none) breach = slip;
   if (breach.fault == Fault::none) breach = check_contact(reading);
   note_margins(row);
   if (breach.fault != Fault::none) trip(breach.fault, breach.value, breach.limit);
@@ -355,7 +360,10 @@ bool TickEngine::note_call(hal::RigStatus status, std::int64_t begun_ns, Fault r
 }
 
 void TickEngine::trip(Fault fault, double value, double limit, hal::RigStatus status) noexcept {
-  if (fault_.fault == Fault::none) fault_ = {fault, status, now_ns_, value, limit};
+  if (fault_.fault == Fault::none) {
+    const bool has_jumped = limits_monitor_.has_jumped() || std::abs(slip_monitor_.slipped_in()) > kMostSlip_in;
+    fault_ = {fault, status, now_ns_, value, limit, has_jumped};
+  }
   machine_.move_to(State::safe_stop);
 }
 

@@ -66,11 +66,12 @@ class TickEngine {
   [[nodiscard]] bool sink_failed() const noexcept { return sink_failed_; }
   [[nodiscard]] bool safe_confirmed() const noexcept { return safe_confirmed_; }
   [[nodiscard]] const FaultReport& fault() const noexcept { return fault_; }
-  /// What the next run begins with; nothing after a fault that sends somebody to the sensor or the valve.
+  /// What the next run begins with; no missing motion after a fault that sends somebody to the sensor or the valve.
   [[nodiscard]] EarlierRuns left() const noexcept {
-    if (names_motion(fault_.fault)) return {};
-    return {following_monitor_.left_in(), slip_monitor_.slipped_in(),
-            source_.lacking() != nullptr ? *source_.lacking() : lacking_};
+    // What slipped stays until a ruler has shown where the rod is.
+    const double slipped_in = fault_.fault == Fault::sensor_slip ? 0.0 : slip_monitor_.slipped_in();
+    if (names_motion(fault_.fault)) return {{}, slipped_in, {}};
+    return {following_monitor_.left_in(), slipped_in, source_.lacking() != nullptr ? *source_.lacking() : lacking_};
   }
   /// First running tick, from the run's first tick [ns]; 0 before it.
   [[nodiscard]] std::int64_t experiment_ns() const noexcept {

@@ -70,15 +70,19 @@ std::string meaning_of(const Table& table, const std::string& name) {
   return name;
 }
 
-/// Whether the records' values spread by far more than their own errors explain, as those of several plants do.
-bool scatters(const Parameter& parameter) {
+/// Whether the records' values spread by far more than their own errors explain, as those of several plants do. A
+/// record that lies apart in another parameter is another plant by that alone.
+bool scatters(const Table& table, const Parameter& parameter) {
   constexpr double kBeyondErrors = 3.0;  // of the standard errors, root mean square
   double sum = 0.0;
+  double count = 0.0;
   for (const Estimate& one : parameter.estimates) {
     if (!(one.std > 0.0)) return false;
+    if (!table.rows[one.row].outliers.empty()) continue;
     sum += std::pow((one.value - parameter.median) / one.std, 2);
+    count += 1.0;
   }
-  return sum > kBeyondErrors * kBeyondErrors * static_cast<double>(parameter.estimates.size());
+  return sum > kBeyondErrors * kBeyondErrors * count;
 }
 
 report::Item parameter_item(const Table& table, const Parameter& parameter) {
@@ -128,7 +132,7 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       100.0 * kOutlierLevel);
   item.remark.to_do =
       !names.empty() ? fmt::format("Look at what was different: {}.", some_of(names))
-      : scatters(parameter)
+      : scatters(table, parameter)
           ? "No record lies apart from the others because they all scatter, beyond their own errors: plants or "
             "experiments differ. Compare the lowest with the highest by eha compare."
           : "Nothing: no record lies apart.";
@@ -219,7 +223,7 @@ std::string heading_of(const Table& table, std::size_t failed, std::size_t apart
   if (left_out > 0) return records(left_out, "is not compared", "are not compared");
   if (table.resolutions.empty()) return "The records are judged; nothing is compared";
   const std::vector<Parameter> compared = parameters_of(table.rows, table.common_model);
-  if (std::any_of(compared.begin(), compared.end(), scatters)) {
+  if (std::any_of(compared.begin(), compared.end(), [&](const Parameter& p) { return scatters(table, p); })) {
     return "No record lies apart from the others, as they scatter beyond their own errors";
   }
   return warnings > 0 ? "No record lies apart; there are warnings" : "No record lies apart from the others";
@@ -319,7 +323,7 @@ report::Page page_of(const Table& table, const std::string& next) {
     // One point shows no more than the table.
     if (parameter.estimates.size() < 2) continue;
     const bool moves = furthest_outlier(table, parameter) > 0.0 || trend_of(table, parameter.name) != nullptr ||
-                       (is_compared && scatters(parameter));
+                       (is_compared && scatters(table, parameter));
     (!is_compared || moves ? parameters : others).items.push_back(parameter_item(table, parameter));
   }
   report::Section models{.title = "Recommended models"};

@@ -103,6 +103,9 @@ class Sensor {
   /// Before the first question. @throws UsageError  a run is on; DeviceError  the sensor cannot be read
   void require_readable() { static_cast<void>(rig_ ? of_rig() : of_service()); }
 
+  /// By the last reading.
+  [[nodiscard]] bool is_armed() const noexcept { return is_armed_; }
+
   [[nodiscard]] double voltage_V() {
     return mean_voltage([this] { return rig_ ? of_rig() : of_service(); });
   }
@@ -126,6 +129,7 @@ class Sensor {
       throw;
     }
     if (!status.at("run").is_null()) throw UsageError("a run is on");
+    is_armed_ = status.at("state") == "armed";
     const Json rod = status.value("rod", Json());
     if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
     if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
@@ -136,7 +140,11 @@ class Sensor {
   std::unique_ptr<control::Client> client_;
   std::unique_ptr<hal::Rig> rig_;
   std::int64_t elapsed_ns_ = 0;
+  bool is_armed_ = false;
 };
+
+constexpr const char* kArmed =
+    "the rig is armed, and its holder may move the rod at any moment: `eha disarm` before you hold a ruler to it";
 
 /// Says of a position where no rod of this rig can be that it is one; empty for others. Millimetres taken for inches
 /// make a scale that is 25 times wrong.
@@ -343,6 +351,7 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
     Sensor sensor(command, socket, is_local, rig);
     try {
       sensor.require_readable();
+      if (sensor.is_armed()) console.warning(kArmed);
     } catch (const Error& error) {  // each reading is tried anew
       console.warning(
           fmt::format("{}: until that is over, which `eha status` shows, no reading is taken", error.what()));

@@ -110,9 +110,9 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
   if (is_folder(command.source)) {
     const auto model = record::is_run_folder(command.source) ? recommended_model(command.source) : std::nullopt;
     if (!model) {
-      throw UsageError(
-          fmt::format("{} is no run that recommends a model, which --format {} exports; name one of {}/models/*.json",
-                      command.source, format.name, command.source));
+      throw UsageError(fmt::format(
+          "{} is no run that recommends a model, which --format {} exports; name one of {}/*.json", command.source,
+          format.name, is_folder(command.source + "/models") ? command.source + "/models" : command.source));
     }
     command.source = model->string();
   }

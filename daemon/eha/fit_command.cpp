@@ -340,7 +340,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(again, source, identification);
   if (cut) console.next_step(*cut);
-  if (answered.straight) console.next_step(*answered.straight);
+  if (answered.straight && !cut) console.next_step(*answered.straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
   } else if (first == ident::FirstStep::against_lost_rows) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <system_error>
 #include <utility>
 
@@ -292,10 +293,17 @@ std::vector<EntryId> Queue::close_faults() {
   return changed;
 }
 
+bool is_same_place(const std::pair<double, double>& one, const std::pair<double, double>& other) {
+  constexpr double kMost_V = 10.0;     // of a card
+  constexpr double kRounding_in = 0.005;  // the same numbers in other units or with fewer digits
+  const double slope_in = kMost_V * std::abs(one.first - other.first);
+  return slope_in + std::abs(one.second - other.second) <= kRounding_in;
+}
+
 const Entry* Queue::open_slip(const std::pair<double, double>& in_force) const {
   const Entry* newest = nullptr;
   for (const auto& [id, entry] : entries_) {
-    if (entry.has_open_slip && entry.calibration.value_or(in_force) == in_force) newest = &entry;
+    if (entry.has_open_slip && is_same_place(entry.calibration.value_or(in_force), in_force)) newest = &entry;
   }
   return newest;
 }

@@ -25,7 +25,7 @@ namespace {
 constexpr std::chrono::milliseconds kIdleRead{20};
 constexpr std::chrono::seconds kTryAgain{1};
 constexpr std::chrono::seconds kLeftPatience{3};  // a guard that still has the card needs less, unless it refuses
-/// Reads skipped after a failed one: a card that does not answer blocks the thread for up to a second.
+/// Reads skipped after one that failed slowly: a card that does not answer blocks the thread for up to a second.
 constexpr int kRestAfterFailure = 49;
 constexpr std::chrono::milliseconds kMovesWithin{500};
 
@@ -240,7 +240,10 @@ void RigKeeper::read_idle_rig() {
     return;
   }
   hal::RigReading reading;
-  if (read(*rig, reading) != hal::RigStatus::ok) reads_left_out_ = kRestAfterFailure;
+  const auto begun = std::chrono::steady_clock::now();
+  if (read(*rig, reading) == hal::RigStatus::ok) return;
+  // The line of the emergency stop is read by the same call: after a short failure at once again.
+  if (std::chrono::steady_clock::now() - begun > acquisition::kSlowFailure) reads_left_out_ = kRestAfterFailure;
 }
 
 hal::RigStatus RigKeeper::read(hal::Rig& rig, hal::RigReading& reading) {

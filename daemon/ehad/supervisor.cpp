@@ -102,8 +102,9 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
   try {
     const config::ServiceConfig config = config::load_service_config(options_.config_file);
     const auto read = std::chrono::system_clock::now();
+    const auto calibration = rig_.calibration();
     rig_.reconfigure(RigKeeper::load(options_.rig_file),
-                     [this, config, read, fail, answer = std::move(answer)](std::future<void> done) {
+                     [this, config, read, calibration, fail, answer = std::move(answer)](std::future<void> done) {
                        answer([&]() -> Json {
                          try {
                            done.get();
@@ -113,7 +114,7 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
-                         moved_while_armed_.clear();  // by a new calibration, as a rule
+                         if (!is_same_place(calibration, rig_.calibration())) moved_while_armed_.clear();
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
                                       options_.config_file);

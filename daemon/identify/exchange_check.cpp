@@ -17,13 +17,15 @@ namespace eha::identify {
 namespace {
 
 constexpr double kFitsWell_percent = 90.0;
-constexpr double kFarLessLeft = 0.25;  // of what a model leaves over, in R2
-constexpr int kSamples = 4000;         // compared, about
+constexpr double kFarLessLeft = 0.25;   // of what a model leaves over, in R2
+constexpr int kSamples = 4000;          // compared, about
+constexpr int kFewestToExchange = 100;  // compared: a piece of one swing follows any model, the other way round, too
 
 double r2_percent(const ident::Model& model) { return model.validation ? model.validation->score.r2_percent : 0.0; }
 
 /// The best of the simplest models of the record the other way round; none below kFitsWell_percent.
 std::optional<ExchangedFit> other_way_round(const Source& source, ident::FitOptions options) {
+  if (source.record.input.size() / options.decimation < kFewestToExchange) return std::nullopt;
   ident::Record exchanged = source.record;
   std::swap(exchanged.input, exchanged.output);
   std::swap(exchanged.input_channel, exchanged.output_channel);

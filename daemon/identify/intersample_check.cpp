@@ -153,16 +153,22 @@ std::optional<BetweenRows> input_between_rows(const Source& source, const Identi
     std::vector<Attempt> attempts{{from, held->structure, ident::Intersample::held},
                                   {from, held->structure, ident::Intersample::straight},
                                   {from, held->structure, ident::Intersample::smooth}};
-    if (delayed) attempts.push_back({from, *delayed, ident::Intersample::straight});
+    if (delayed) {
+      attempts.push_back({from, *delayed, ident::Intersample::straight});
+      attempts.push_back({from, *delayed, ident::Intersample::held});
+    }
     const std::size_t others = attempts.size();
     for (const auto* m : simpler) attempts.push_back({&m->result.model, m->structure, ident::Intersample::straight});
     std::vector<ident::Model> found(attempts.size());
     thread_executor()(attempts.size(), [&](std::size_t k) { found[k] = again(source, task.options, attempts[k]); });
     const ident::Model& steps = found[0];
     const ident::Model& smooth = found[2];
-    // A dead time may explain as much beside a held input.
-    const bool is_straight = is_better(found[1], steps, kClearly) && error(found[1]) < kFarFalls * error(steps);
-    const ident::Model& lines = delayed && !is_straight && is_better(found[3], found[1]) ? found[3] : found[1];
+    const auto falls_far = [](const ident::Model& straight, const ident::Model& as_held) {
+      return is_better(straight, as_held, kClearly) && error(straight) < kFarFalls * error(as_held);
+    };
+    // A dead time may explain as much beside a held input, so that both have it.
+    const bool is_straight = falls_far(found[1], steps) || (delayed && falls_far(found[3], found[4]));
+    const ident::Model& lines = delayed && is_better(found[3], found[1]) ? found[3] : found[1];
     const auto better = std::find_if(found.begin() + static_cast<std::ptrdiff_t>(others), found.end(),
                                      [&](const ident::Model& m) { return is_better(m, steps); });
     const std::string unit = ident::after_number(source.record.output_channel.unit);

@@ -176,8 +176,9 @@ class LinesAfterRun {
     // A card that does not answer takes long for each reading.
     if (left_out_ > 0) return --left_out_ >= 0;
     hal::RigReading reading;
+    const auto begun = std::chrono::steady_clock::now();
     if (rig_.read(0, reading) != hal::RigStatus::ok) {
-      left_out_ = kLeftOutAfterFailure;
+      if (std::chrono::steady_clock::now() - begun > acquisition::kSlowFailure) left_out_ = kLeftOutAfterFailure;
       return true;
     }
     finished_.circuit = acquisition::circuit_at_rest(rig_, reading, since_off());

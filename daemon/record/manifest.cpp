@@ -384,6 +384,7 @@ Json fault_of(const Manifest& manifest) {
 bool reading_jumped(const Manifest& manifest) {
   const Json fault = fault_of(manifest);
   if (fault.is_null()) return false;
+  if (fault.contains("has_jumped") && fault.at("has_jumped") == true) return true;
   const auto is = [&](acquisition::Fault one) { return fault.at("cause") == acquisition::to_text(one); };
   const auto number = [&](const char* key) {
     return fault.contains(key) && fault.at(key).is_number() ? fault.at(key).get<double>() : std::nan("");

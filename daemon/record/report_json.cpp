@@ -38,11 +38,13 @@ Json describe_fault(const acquisition::RunReport& report) {
   const acquisition::FaultReport& fault = report.fault;
   if (fault.fault == acquisition::Fault::none) return nullptr;
   const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-  return {{"cause", acquisition::to_text(fault.fault)},
-          {"at_s", acquisition::record_s(report, fault.at_ns)},
-          {"value", number(fault.value)},
-          {"limit", number(fault.limit)},
-          {"status", acquisition::to_text(fault.status)}};
+  Json described{{"cause", acquisition::to_text(fault.fault)},
+                 {"at_s", acquisition::record_s(report, fault.at_ns)},
+                 {"value", number(fault.value)},
+                 {"limit", number(fault.limit)},
+                 {"status", acquisition::to_text(fault.status)}};
+  if (fault.has_jumped) described["has_jumped"] = true;
+  return described;
 }
 
 }  // namespace

@@ -244,7 +244,8 @@ std::vector<const ReportedModel*> Subject::pictured() const {
 
 Subject load_run(const fs::path& folder) {
   if (!record::is_run_folder(folder)) {
-    throw DataError(folder.string() + ": no run folder; expected one, with run.json, or model files (JSON)");
+    throw DataError(folder.string() + ": no run folder; expected one, with run.json, or model files (" +
+                    folder.string() + "/*.json)");
   }
   return load_run(record::OpenRun(folder));
 }

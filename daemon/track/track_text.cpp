@@ -74,9 +74,25 @@ std::string kept_text(const TrackResult& result) {
   return text;
 }
 
+namespace {
+
+/// How far the generated reference is from a user's set points; empty where it passes through them.
+std::string behind_set_points(const TrackResult& result, const DisplayUnit& unit) {
+  if (!(result.reference_behind_in > 0.0)) return {};
+  return fmt::format(
+      "The generated reference is up to {:.3g} {} from the file's set points: it keeps to {:.3g} {} and {:.3g} {}; "
+      "where "
+      "the rod must reach them, set them farther apart in time.",
+      unit.factor("in") * result.reference_behind_in, unit.of("in"),
+      unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
+      unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
+}
+
+}  // namespace
+
 std::string advice_of(const TrackResult& result, const DisplayUnit& unit) {
   const bool has_changed = !changes_of(result, unit).empty();
-  if (result.is_kept() && !has_changed) return {};
+  if (result.is_kept() && !has_changed) return behind_set_points(result, unit);
   if (result.leak) return ident::leak_finding(*result.leak, unit);
   const ident::InverseMap& map = result.controller.settings.inverse;
   if (const auto factor = ident::common_gain_factor(result.valve.gain_positive_in_per_V_s / map.gain_positive,
@@ -120,13 +136,8 @@ std::string track_text(const TrackResult& result, const DisplayUnit& unit) {
                         fmt::format("{} {}", is_most ? "<=" : ">=", config::bound_text(factor * f.limit(), is_most)),
                         unit.of(f.unit), kept_text(f));
   }
-  if (result.reference_behind_in > 0.0) {
-    text += fmt::format(
-        "The generated reference is up to {:.3g} {} from the file's set points: it keeps to {:.3g} {} and {:.3g} {}.\n",
-        unit.factor("in") * result.reference_behind_in, unit.of("in"),
-        unit.factor("in/s") * result.controller.settings.reference.velocity, unit.of("in/s"),
-        unit.factor("in/s^2") * result.controller.settings.reference.acceleration, unit.of("in/s^2"));
-  }
+  const std::string behind = behind_set_points(result, unit);
+  if (!behind.empty() && text.find(behind) == std::string::npos) text += behind + "\n";
   for (const std::string& sentence : sweep_sentences(result, unit)) text += sentence + "\n";
   return text;
 }

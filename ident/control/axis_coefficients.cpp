@@ -87,6 +87,8 @@ AxisCoefficients coefficients(const AxisSettings& s) {
   require(positive(s.reference.jerk), "jerk: expected a positive number", s.reference.jerk);
   require(s.command_max > s.command_min && finite(s.command_max) && finite(s.command_min),
           "command range: expected a maximum above the minimum", s.command_max);
+  require(s.command_min < s.inverse.null - s.inverse.dead_band && s.command_max > s.inverse.null + s.inverse.dead_band,
+          "command range: expected the null with its dead band inside", s.inverse.null);
   require(positive(s.slew_per_s), "slew: expected a positive number", s.slew_per_s);
 
   AxisCoefficients c{.settings = s};

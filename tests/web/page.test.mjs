@@ -106,13 +106,13 @@ test('asks for the token when it opens, once, and shows the rig without it', asy
   await until('the question', () => page.locator('#token-dialog').isVisible());
   await page.click('#token-cancel');
   await page.reload();
-  await pageSays('the state', '#state-word', /^(idle|faulted)$/);
+  await pageSays('the state', '#state-word', /^(idle|not armed)$/);
   await pageSays('that Stop still needs it', '#stop-effect', /needs the token/);
   assert.equal(await page.locator('#token-dialog').isVisible(), false);
 });
 
 test('shows the rig before anything is armed', async () => {
-  await pageSays('the state', '#state-word', /^(idle|faulted)$/);
+  await pageSays('the state', '#state-word', /^(idle|not armed)$/);
   assert.equal(await text('#rig-name'), 'simulated rig');
   assert.match(await text('#fact-lease'), /^none$/);
   assert.match(await text('#runs-note'), /No runs yet/);

@@ -14,6 +14,9 @@ const kStates = {
   safe_stop: { glyph: '\u25a0', meaning: 'made safe at once' },
 };
 
+/** A service that has just started has no fault to look for: as `eha status` says it. */
+const kStarted = 'ehad has started';
+
 /** State as shown; what no state is, is "unknown". */
 export function stateOf(status) {
   return status && status.state in kStates ? status.state : 'unknown';
@@ -34,25 +37,27 @@ export class RigView {
     const state = stateOf(status);
     const known = kStates[state] ?? { glyph: '?', meaning: '' };
     const reason = typeof status.reason === 'string' ? status.reason : '';
-    setText(byId('state-glyph'), known.glyph);
-    setText(byId('state-word'), state);
+    const isFresh = state === 'faulted' && reason === kStarted;
+    const word = isFresh ? 'not armed' : state;
+    setText(byId('state-glyph'), isFresh ? kStates.idle.glyph : known.glyph);
+    setText(byId('state-word'), word);
     const exploring_s = status.run?.exploring_at_most_s;
     const meaning = exploring_s
       ? `exploring: finds speeds and dead band before the triangles; at most ${fixed(exploring_s / 60, 0)} min`
-      : state === 'idle' && reason ? reason : known.meaning;
+      : (state === 'idle' || isFresh) && reason ? reason : known.meaning;
     const fitting = status.worker ? `; fitting ${status.worker.entry} "${status.worker.name}"` : '';
     setText(byId('state-meaning'), isDriven(status) ? meaning : meaning + fitting);
-    setAttribute(byId('state'), 'data-state', state);
+    setAttribute(byId('state'), 'data-state', isFresh ? 'idle' : state);
     setText(byId('rig-name'), status.rig.name);
     setText(byId('rig-kind'), status.rig.moves ? `${status.rig.backend}, moves a machine` : `${status.rig.backend}, no machine moves`);
-    document.title = `${state} - ${status.rig.name}`;
-    showBanner(byId('fault-banner'), state === 'faulted' ? `Faulted: ${reason || 'no reason was given'}. eha arm acknowledges it.` : null);
+    document.title = `${word} - ${status.rig.name}`;
+    showBanner(byId('fault-banner'), state === 'faulted' && !isFresh ? `Faulted: ${reason || 'no reason was given'}. eha arm acknowledges it.` : null);
     this.showRun(status, unit);
     setText(byId('fact-lease'), leaseText(status.lease));
     setText(byId('fact-worker'), status.worker ? `fitting ${status.worker.entry} "${status.worker.name}"` : 'none');
     this.showSensor(status.rod, unit);
     this.showScale(status.rod, unit, travel);
-    this.announce(status, state, reason);
+    this.announce(status, word, reason);
   }
 
   /** Nothing is known of the rig any more: nobody may take the last state for the present one. */

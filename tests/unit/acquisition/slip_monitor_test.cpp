@@ -49,6 +49,22 @@ TEST(SlipMonitor, EndsOnACouplingThatSlipsOnceByMoreThanItAllows) {
   }
 }
 
+TEST(SlipMonitor, EndsOnASlipInTheFirstReadings) {
+  for (const double by_in : {0.08, -0.12}) {
+    const Seen seen = watched(0.0003, [&](double t_s) { return t_s > 0.0025 ? by_in : 0.0; });
+    EXPECT_EQ(seen.breach.fault, Fault::sensor_slip) << by_in;
+    EXPECT_NEAR(seen.at_s, 0.013, 0.003) << by_in;
+  }
+}
+
+TEST(SlipMonitor, CountsAStepBeforeItHasLasted) {
+  SlipMonitor monitor(kLimit_in_per_s, 0.0);
+  for (int k = 0; k < 100; ++k) static_cast<void>(monitor.check(3.0 + 0.0002 * (k % 2), 0.0, kTick_s, kTick_s));
+  EXPECT_EQ(monitor.slipped_in(), 0.0);
+  EXPECT_EQ(monitor.check(3.06, 0.0, kTick_s, kTick_s).fault, Fault::none);
+  EXPECT_NEAR(monitor.slipped_in(), 0.06, 0.001) << "what ends the run now must not forget it";
+}
+
 TEST(SlipMonitor, SumsSmallerSlipsAndThoseOfTheRunsBefore) {
   const auto slips = [](double t_s) { return 0.03 * std::floor(t_s / 10.0); };
   EXPECT_NEAR(watched(0.0003, slips).at_s, 20.01, 0.003);

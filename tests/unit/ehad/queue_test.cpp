@@ -81,6 +81,7 @@ TEST(Queue, KeepsAnOpenSlipThroughARestartAndAnyNumberOfLaterEntries) {
   static_cast<void>(queue.forget_old(0));
   EXPECT_EQ(queue.open_slip({0.31, 2.93}), nullptr) << "the sensor was calibrated";
   ASSERT_NE(queue.open_slip(in_force), nullptr);
+  EXPECT_NE(queue.open_slip({in_force.first * (1.0 + 1e-6), in_force.second}), nullptr) << "the same in other digits";
   EXPECT_EQ(queue.open_slip(in_force)->id, 2);
   EXPECT_EQ(queue.close_slips(), std::vector<EntryId>{2});
   EXPECT_EQ(queue.open_slip(in_force), nullptr);
