@@ -294,7 +294,7 @@ std::vector<EntryId> Queue::close_faults() {
 }
 
 bool is_same_place(const std::pair<double, double>& one, const std::pair<double, double>& other) {
-  constexpr double kMost_V = 10.0;     // of a card
+  constexpr double kMost_V = 10.0;        // of a card
   constexpr double kRounding_in = 0.005;  // the same numbers in other units or with fewer digits
   const double slope_in = kMost_V * std::abs(one.first - other.first);
   return slope_in + std::abs(one.second - other.second) <= kRounding_in;

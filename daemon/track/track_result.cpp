@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/characterisation.hpp"
 #include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
 #include "core/error.hpp"
@@ -194,6 +195,15 @@ TrackResult track_result(const record::OpenRun& opened) {
   if (run.outcome != acquisition::Outcome::completed) {
     throw DataError(fmt::format("{}: {}; a controller is judged by a completed run", folder.string(),
                                 acquisition::to_text(run.outcome)));
+  }
+  const double lost_percent =
+      100.0 * static_cast<double>(run.record.unmeasured.size()) / static_cast<double>(run.record.output.size());
+  if (lost_percent > config::kMostLostRows_percent) {
+    throw DataError(fmt::format(
+        "{}: {:.3g} % of the trial's rows were not measured, more than {:g} %, so that it judges neither controller "
+        "nor "
+        "valve: repeat it while the computer is idle; `eha doctor` and `eha latency` say what keeps it busy",
+        folder.string(), lost_percent, config::kMostLostRows_percent));
   }
   TrackResult result = played(run, experiment);
   const ident::AxisCoefficients c = ident::coefficients(result.controller.settings);
