@@ -124,7 +124,7 @@ TEST(ExportCommand, RefusesWhatHasNoForm) {
   expect_refused(folder, {"export", "io.json", "--format", "c", "--band", "5:1"}, ExitCode::usage, {"LOW:HIGH"});
   expect_refused(folder, {"export", "r.csv", "--format", "mat"}, ExitCode::usage, {"-o NAME.mat"});
   expect_refused(folder, {"export", "r.csv", "--format", "octave"}, ExitCode::configuration, {"r.csv"});
-  expect_refused(folder, {"export", ".", "--format", "octave"}, ExitCode::usage, {"models/*.json"});
+  expect_refused(folder, {"export", ".", "--format", "octave"}, ExitCode::usage, {"name one of ./*.json"});
   folder.write("bad.json", R"({"transfer_function": {"numerator": [{"coefficient": 1, "order": 0}],
     "denominator": [{"coefficient": 1, "order": 1.8}, {"coefficient": -1, "order": 0.9}, {"coefficient": 1, "order": 0}]}})");
   expect_refused(folder, {"export", "bad.json", "--format", "c"}, ExitCode::configuration, {"bad.json", "unstable"});
