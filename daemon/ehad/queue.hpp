@@ -80,8 +80,8 @@ struct Entry {
 /// "experiment 7: faulted: travel_limit ...; run NAME".
 [[nodiscard]] std::string bad_end_of(const Entry& entry);
 
-/// Whether two calibrations of a sensor, scale [in/V] and offset [in], show its rod in the same place, within 0.05 in
-/// at any volts.
+/// Whether two calibrations of a sensor, scale [in/V] and offset [in], show its rod in the same place, within 0.005 in
+/// at any volts: the same one in other units or digits.
 [[nodiscard]] bool is_same_place(const std::pair<double, double>& one, const std::pair<double, double>& other);
 
 /// The queue's files, one for each experiment, replaced atomically. Blocks on the disk. Not thread-safe.

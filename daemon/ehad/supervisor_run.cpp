@@ -30,6 +30,15 @@ bool makes_card_suspect(const acquisition::RunReport& report) {
   return !report.safe_confirmed || acquisition::exit_code(report) == ExitCode::device_unavailable;
 }
 
+/// Whether the record of a run can say why it reached a limit (identify::trip_cause()), and so what to do: the list of
+/// what is likely would be another answer.
+bool shows_more_than_its_limit(const acquisition::RunReport& report) {
+  using acquisition::Fault;
+  const Fault fault = report.fault.fault;
+  return (fault == Fault::travel_limit || fault == Fault::velocity_limit) &&
+         report.fault.at_ns >= acquisition::kBegun_ns && !acquisition::reading_jumped(report.fault);
+}
+
 }  // namespace
 
 void Supervisor::save(const Entry& entry) {
@@ -61,19 +70,6 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
     give_up(entry, ExitCode::bug, error.what());
   }
 }
-
-namespace {
-
-/// Whether the record of a run can say why it reached a limit (identify::trip_cause()), and so what to do: the list of
-/// what is likely would be another answer.
-bool shows_more_than_its_limit(const acquisition::RunReport& report) {
-  using acquisition::Fault;
-  const Fault fault = report.fault.fault;
-  return (fault == Fault::travel_limit || fault == Fault::velocity_limit) &&
-         report.fault.at_ns >= acquisition::kBegun_ns && !acquisition::reading_jumped(report.fault);
-}
-
-}  // namespace
 
 void Supervisor::give_up(Entry& entry, ExitCode code, const std::string& why) {
   spdlog::error("experiment {}: not run: {}", entry.id, why);

@@ -20,7 +20,8 @@ inline constexpr std::string_view kRawHdf5 = "raw";       ///< a run's record (r
 inline constexpr std::string_view kHdf5Columns = "hdf5";  ///< columns of numbers as datasets
 inline constexpr std::string_view kMatColumns = "mat";    ///< the same as variables of a MAT file of version 5
 
-/// Has eha-hdf5 write one file, which is there under its name complete or not at all. Not thread-safe.
+/// Has eha-hdf5 write one file, which is there under its name complete or not at all. Cost: one process
+/// a file, some 40 ms of a processor. Not thread-safe.
 class FileWriter {
  public:
   /// Starts eha-hdf5.

@@ -147,8 +147,7 @@ std::string predicted_sentence(const Model& model) {
   const auto [lower, upper] = *model.validation->tests->error;
   return fmt::format(
       " Under a fresh input of the same kind expect it to be off by {:.2g} to {:.2g} % of how far the output moves "
-      "(its "
-      "standard deviation).",
+      "(its standard deviation).",
       lower, upper);
 }
 

@@ -148,7 +148,9 @@ TEST(LimitMonitor, KeepsItsSpeedRightAcrossMissingReadings) {
 TEST(LimitMonitor, TripsOnAJumpThatNoRodCanMake) {
   LimitMonitor monitor(test_limits(), 0.001);
   for (int k = 0; k < 50; ++k) EXPECT_EQ(monitor.check(k * kTick_ns, at(3.0), 0.0).fault, Fault::none);
+  EXPECT_FALSE(monitor.has_jumped());
   EXPECT_EQ(monitor.check(50 * kTick_ns, at(3.3), 0.0).fault, Fault::velocity_limit);
+  EXPECT_TRUE(monitor.has_jumped());
 }
 
 TEST(LimitMonitor, TakesASensorForFrozenAfterItsTimeButOnlyWhileTheValveIsDriven) {

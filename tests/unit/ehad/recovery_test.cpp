@@ -53,6 +53,10 @@ TEST(Recovery, KeepsASlipWhoseEntryWasNotSaved) {
   EXPECT_TRUE(slips(ended_by(Fault::velocity_limit, -122.3, -8.0)));
   EXPECT_FALSE(slips(ended_by(Fault::velocity_limit, -9.0, -8.0))) << "a rod may be that fast";
   EXPECT_FALSE(slips(ended_by(Fault::travel_limit, 5.9, 5.8)));
+  acquisition::RunReport stands = ended_by(Fault::no_motion, 0.0, 0.01);
+  EXPECT_FALSE(slips(stands));
+  stands.fault.has_jumped = true;
+  EXPECT_TRUE(slips(stands)) << "another fault ended it in the same moment";
 }
 
 TEST(Recovery, KeepsASlipThatOnlyTheJournalNames) {

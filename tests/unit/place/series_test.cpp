@@ -55,105 +55,109 @@ struct Series {
   int runs = 0;  ///< with the one that a fault ended
   Fault fault = Fault::none;
   double moved_in = 0.0;          ///< true way from where the series began
-  double fastest_in_per_s = 0.0;  ///< true speed over 50 ms; of jogs only
+  double fastest_in_per_s = 0.0;  ///< true speed over 50 ms
 };
 
-/// Plays a step again and again, each time from where [start] finds the rod in place.
-Series played(hal::SimOptions plant, const Step& step, int most_runs, bool sensor_is_stuck) {
+hal::SimOptions at_mid_travel(hal::SimOptions plant) {
   plant.scale_in_per_V = 0.295;
   plant.offset_in = 2.95;
   plant.initial_displacement_in = 2.95;
+  return plant;
+}
+
+config::RigConfig commissioned_rig(const hal::SimOptions& plant) {
   Random random(5);
   config::Following following = commissioned(plant, random);
   following.pressure_delay_s = 0.0;
-  const config::RigConfig rig = rig_with(following);
-  LastingRod rod(plant);
-  std::vector<hal::InjectedFault> faults;
-  if (sensor_is_stuck) {
-    faults.push_back({.kind = hal::FaultKind::stuck_sensor,
-                      .first_tick = 1,
-                      .ticks = hal::InjectedFault::kAlways,
-                      .noise_LSB = 3.0});
+  return rig_with(following);
+}
+
+/// A rod at mid-travel that goes on from run to run.
+class Bench {
+ public:
+  /// @param fault  of the sensor, from the first tick of each run on
+  Bench(const hal::SimOptions& drawn, std::optional<hal::InjectedFault> fault)
+      : plant_(at_mid_travel(drawn)), rig_(commissioned_rig(plant_)), rod_(plant_) {
+    std::vector<hal::InjectedFault> faults;
+    if (fault) {
+      fault->first_tick = 1;
+      fault->ticks = hal::InjectedFault::kAlways;
+      faults.push_back(*fault);
+    }
+    sensed_.emplace(
+        rod_, faults, [](std::int64_t) {}, plant_.conversion());
   }
-  hal::FaultRig sensed(
-      rod, faults, [](std::int64_t) {}, plant.conversion());
-  std::vector<double> table(static_cast<std::size_t>(std::lround((step.lasts_s + 0.1) / kTick_s)), 0.0);
-  for (std::size_t i = 50; i + 50 < table.size(); ++i) table[i] = following.null_V + step.volts;
-  acquisition::EarlierRuns earlier;
-  Series series;
-  while (series.runs < most_runs && (series.fault == Fault::none || series.fault == Fault::second_stop)) {
-    place::StartingSource source(place::PlaceController(rig.limits, kTick_s, 2.95), rig.limits, kTick_s,
-                                 std::make_unique<acquisition::TableSource>(table, 1));
+
+  [[nodiscard]] const config::RigConfig& rig() const { return rig_; }
+  [[nodiscard]] const Series& series() const { return series_; }
+  [[nodiscard]] double reading_in() const { return reading_in_; }
+
+  /// Plays one more run, with what the runs before have left, and lets the rod come to rest. @param stopped_s  twice
+  void play(acquisition::CommandSource& source, double stopped_s = 1e9) {
     acquisition::StateMachine machine;
     machine.reset();
     machine.arm();
     acquisition::VirtualClock clock;
-    acquisition::TickEngine engine(sensed, machine, source, rig.limits, rig.realtime, acquisition::LatePolicy::abort,
-                                   clock, earlier);
+    acquisition::TickEngine engine(*sensed_, machine, source, rig_.limits, rig_.realtime,
+                                   acquisition::LatePolicy::abort, clock, earlier_);
+    double before_in = rod_.place_in();
     for (std::uint32_t k = 0; !engine.finished(); ++k) {
       acquisition::TickInputs inputs;
       inputs.sequence = k;
       inputs.scheduled_ns = k * kTick_ns;
-      inputs.stops = static_cast<double>(k) * kTick_s > step.stopped_s ? 2 : 0;
-      (void)engine.tick(inputs);
+      inputs.stops = static_cast<double>(k) * kTick_s > stopped_s ? 2 : 0;
+      reading_in_ = engine.tick(inputs).displacement_in;
+      if (k % kTicksOfASpeed != 0) continue;
+      const double way_in = k == 0 ? 0.0 : std::abs(rod_.place_in() - before_in);
+      series_.fastest_in_per_s = std::max(series_.fastest_in_per_s, way_in / (kTicksOfASpeed * kTick_s));
+      before_in = rod_.place_in();
     }
-    rod.rest();
-    earlier = engine.left();
-    series.fault = engine.fault().fault;
-    ++series.runs;
+    rod_.rest();
+    earlier_ = engine.left();
+    series_.fault = engine.fault().fault;
+    ++series_.runs;
+    series_.moved_in = std::abs(rod_.place_in() - plant_.initial_displacement_in);
   }
-  series.moved_in = std::abs(rod.place_in() - 2.95);
+
+ private:
+  static constexpr std::uint32_t kTicksOfASpeed = 50;
+
+  hal::SimOptions plant_;
+  config::RigConfig rig_;
+  LastingRod rod_;
+  std::optional<hal::FaultRig> sensed_;
+  acquisition::EarlierRuns earlier_;
+  double reading_in_ = 2.95;
+  Series series_;
+};
+
+/// Plays a step again and again, each time from where [start] finds the rod in place.
+Series played(const hal::SimOptions& plant, const Step& step, int most_runs, bool sensor_is_stuck) {
+  std::optional<hal::InjectedFault> fault;
+  if (sensor_is_stuck) fault = hal::InjectedFault{.kind = hal::FaultKind::stuck_sensor, .noise_LSB = 3.0};
+  Bench bench(plant, fault);
+  const config::RigLimits& limits = bench.rig().limits;
+  std::vector<double> table(static_cast<std::size_t>(std::lround((step.lasts_s + 0.1) / kTick_s)), 0.0);
+  for (std::size_t i = 50; i + 50 < table.size(); ++i) table[i] = limits.following->null_V + step.volts;
+  const Series& series = bench.series();
+  while (series.runs < most_runs && (series.fault == Fault::none || series.fault == Fault::second_stop)) {
+    place::StartingSource source(place::PlaceController(limits, kTick_s, 2.95), limits, kTick_s,
+                                 std::make_unique<acquisition::TableSource>(table, 1));
+    bench.play(source, step.stopped_s);
+  }
   return series;
 }
 
 /// Jogs a rod by the reading until one of them ends by a fault. @param slope  of the sensor, of its own
-Series jogged(hal::SimOptions plant, double jog_in, int most_runs, double slope) {
-  plant.scale_in_per_V = 0.295;
-  plant.offset_in = 2.95;
-  plant.initial_displacement_in = 2.95;
-  Random random(5);
-  config::Following following = commissioned(plant, random);
-  following.pressure_delay_s = 0.0;
-  const config::RigConfig rig = rig_with(following);
-  LastingRod rod(plant);
-  std::vector<hal::InjectedFault> faults;
-  if (slope < 1.0) {
-    faults.push_back({.kind = hal::FaultKind::scaled_sensor,
-                      .first_tick = 1,
-                      .ticks = hal::InjectedFault::kAlways,
-                      .amount = slope});
+Series jogged(const hal::SimOptions& plant, double jog_in, int most_runs, double slope) {
+  std::optional<hal::InjectedFault> fault;
+  if (slope < 1.0) fault = hal::InjectedFault{.kind = hal::FaultKind::scaled_sensor, .amount = slope};
+  Bench bench(plant, fault);
+  while (bench.series().runs < most_runs && bench.series().fault == Fault::none) {
+    place::PlaceSource source(place::PlaceController(bench.rig().limits, kTick_s, bench.reading_in() + jog_in), 40'000);
+    bench.play(source);
   }
-  hal::FaultRig sensed(
-      rod, faults, [](std::int64_t) {}, plant.conversion());
-  acquisition::EarlierRuns earlier;
-  Series series;
-  double reading_in = 2.95;
-  for (; series.runs < most_runs && series.fault == Fault::none; ++series.runs) {
-    place::PlaceSource source(place::PlaceController(rig.limits, kTick_s, reading_in + jog_in), 40'000);
-    acquisition::StateMachine machine;
-    machine.reset();
-    machine.arm();
-    acquisition::VirtualClock clock;
-    acquisition::TickEngine engine(sensed, machine, source, rig.limits, rig.realtime, acquisition::LatePolicy::abort,
-                                   clock, earlier);
-    double before_in = rod.place_in();
-    for (std::uint32_t k = 0; !engine.finished(); ++k) {
-      acquisition::TickInputs inputs;
-      inputs.sequence = k;
-      inputs.scheduled_ns = k * kTick_ns;
-      reading_in = engine.tick(inputs).displacement_in;
-      if (k % 50 == 0) {
-        if (k > 0)
-          series.fastest_in_per_s = std::max(series.fastest_in_per_s, std::abs(rod.place_in() - before_in) / 0.05);
-        before_in = rod.place_in();
-      }
-    }
-    rod.rest();
-    earlier = engine.left();
-    series.fault = engine.fault().fault;
-  }
-  series.moved_in = std::abs(rod.place_in() - 2.95);
-  return series;
+  return bench.series();
 }
 
 hal::SimOptions rod_of(double flow) {

@@ -360,6 +360,8 @@ TEST(AxisCoefficients, OfSettingsThatMakeNoSenseAreRefused) {
   refused([](AxisSettings& s) { s.inverse.gain_negative = 0.0; });
   refused([](AxisSettings& s) { s.reference.jerk = 1e-3; });
   refused([](AxisSettings& s) { s.command_max = s.command_min; });
+  refused([](AxisSettings& s) { s.command_max = s.inverse.null; });
+  refused([](AxisSettings& s) { s.command_min = s.inverse.null - 0.5 * s.inverse.dead_band; });
   refused([](AxisSettings& s) {
     s.feedback.ki = 1.0;
     s.tracking_s = 0.0;
