@@ -128,8 +128,9 @@ void report_controller(const CheckCommand& command, const config::ControllerConf
 }
 
 void report_experiment(const CheckCommand& command, const config::ExperimentConfig& experiment,
-                       const std::optional<config::RigConfig>& rig, const std::optional<Rehearsal>& rehearsal,
-                       Console& console) {
+                       const std::optional<Rehearsed>& rehearsed, Console& console) {
+  const config::RigConfig* rig = rehearsed ? &rehearsed->rig : nullptr;
+  const std::optional<Rehearsal> rehearsal = rehearsed ? rehearsed->rehearsal : std::nullopt;
   nlohmann::ordered_json document{
       {"schema", "eha-check/1"}, {"file", command.file}, {"kind", "experiment"}, {"name", experiment.name}};
   document["duration_s"] = experiment.duration_s * experiment.repetitions;
@@ -145,7 +146,7 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
   console.print(fmt::format("{}: a valid experiment, \"{}\": {:g} s, {} repetition{}, {}{}", command.file,
                             experiment.name, experiment.duration_s, experiment.repetitions,
                             experiment.repetitions == 1 ? "" : "s", models,
-                            rig ? fmt::format(", within the limits of {}", rig->file_name) : ""));
+                            rig ? fmt::format(", volts and slew within the limits of {}", rig->file_name) : ""));
   if (rehearsal) console.print(sentence_on(*rehearsal, *rig, console));
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (rig) {
@@ -156,6 +157,17 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
     }
   }
   if (!rig) console.warning("no rig file to check the experiment against; name one with --rig");
+  if (is_at_risk(rehearsal)) {  // to be checked again from elsewhere, or with another file, before it is played
+    const std::string check = "eha check " + shell_word(command.file);
+    const std::string move = move_before(*rehearsed, console);
+    if (!move.empty() && rehearsed->player == Player::service) {
+      console.next_step(fmt::format("{} && {} && {}", through(command.socket, "eha arm"), through(command.socket, move),
+                                    through(command.socket, check)));
+    } else if (!move.empty()) {
+      console.next_step(move);
+    }
+    return;
+  }
   console.next_step(suggest::run(rig ? console.rig() : simulated_access(command.rig_file), {command.file}));
 }
 
@@ -185,7 +197,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   }
   if (!rig_file) {
     report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), std::nullopt,
-                      std::nullopt, console);
+                      console);
     return ExitCode::ok;
   }
   const config::RigConfig rig = config::load_rig(*rig_file);
@@ -218,7 +230,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   }
   judge_travel(rehearsed, command.file, command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse, console);
   warn_of_little_motion(rehearsed, command.file, console);
-  report_experiment(command, prepared.config, rig, rehearsal, console);
+  report_experiment(command, prepared.config, rehearsed, console);
   return ExitCode::ok;
 }
 

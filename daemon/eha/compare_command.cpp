@@ -37,6 +37,8 @@
 #include "daemon/report/figures.hpp"
 #include "daemon/sheet/compared_sheets.hpp"
 #include "ident/model/model_file.hpp"
+#include "ident/model/parameter_name.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
 
 namespace eha::cli {
@@ -70,18 +72,29 @@ struct CompareCommand {
 
 bool is_model(const std::string& path) { return std::filesystem::path(path).extension() == ".json"; }
 
+/// ", null -0.2 V, half dead band 0.15 V": what gain and phase do not show. Empty without a map.
+std::string map_text(const ident::Model& model) {
+  std::string text;
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    if (p.role != ident::ParameterRole::valve_null && p.role != ident::ParameterRole::dead_band) continue;
+    text +=
+        fmt::format(", {} {:.3g}{}", ident::shown_name(p.role, p.name), p.value, ident::after_number(model.input_unit));
+  }
+  return text;
+}
+
 /// Draws gain and phase of the models over one another.
 void draw_bode(const std::vector<std::pair<std::string, const ident::Model*>>& models,
                const std::filesystem::path& path) {
   std::vector<report::ReportedModel> labelled;
   for (const auto& [label, model] : models) {
     labelled.push_back({*model, label});
-    labelled.back().model.name = label;
+    labelled.back().model.name = label + map_text(*model);
   }
   std::vector<const report::ReportedModel*> drawn;
   for (const report::ReportedModel& model : labelled) drawn.push_back(&model);
   std::string names;
-  for (const report::ReportedModel& model : labelled) names += (names.empty() ? "" : ", ") + model.model.name;
+  for (const auto& [label, model] : models) names += (names.empty() ? "" : ", ") + label;
   const plot::Figure figure = report::bode_figure(drawn, nullptr, "gain and phase: " + names);
   const std::string ending = path.extension().string();
   const plot::Format format = ending == ".png"   ? plot::Format::png

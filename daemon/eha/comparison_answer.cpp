@@ -9,6 +9,7 @@
 #include <functional>
 
 #include "core/capitalised.hpp"
+#include "core/time_text.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
@@ -208,6 +209,9 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
     run.left_over.before *= factor;
     run.left_over.after *= factor;
     run.first_model_error *= factor;
+    run.of_first_model.measured *= factor;
+    run.of_first_model.simulated *= factor;
+    if (run.sudden) run.sudden->jump.change *= factor;
   }
   return comparison;
 }
@@ -249,7 +253,8 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
                             .first_model_holds = i == 0 || identify::first_model_holds(run),
                             .time_s = run.fit.time_s,
                             .measured = run.fit.measured,
-                            .simulated = run.fit.simulated});
+                            .simulated = run.fit.simulated,
+                            .of_first_model = run.of_first_model});
     out.subjects.back().input_range = input_range(sources[i].record);
     out.subjects.back().rig = for_a_page(access_of_record(sources[i]));
     out.text +=
@@ -265,6 +270,11 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     }
     if (run.unfit) entry["unfit"] = {{"source", sources[run.unfit->is_first ? 0 : i].name}, {"why", run.unfit->why}};
     if (!run.cannot_tell.empty()) entry["cannot_tell"] = run.cannot_tell;
+    if (run.sudden) {
+      entry["error_jump"] = {{"source", sources[run.sudden->is_first ? 0 : i].name},
+                             {"time_s", run.sudden->jump.time_s},
+                             {"change", run.sudden->jump.change}};
+    }
     runs.push_back(std::move(entry));
   }
   for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -298,6 +308,17 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     }
     subject.judges_left_over = !run.has_other_input;
     subject.is_tight = is_tight(sources.front()) && is_tight(sources[i]);
+    if (run.sudden) {
+      const std::string unit = ident::after_number(model.output_unit);
+      subject.jumps =
+          fmt::format("On {} the error jumps by {:.3g}{} at about {} s", titles[run.sudden->is_first ? 0 : i],
+                      run.sudden->jump.change, unit, time_text(run.sudden->jump.time_s));
+      subject.cut_beside_jump =
+          fmt::format("--to {} or --from {}", time_text(run.sudden->cut.to_s), time_text(run.sudden->cut.from_s));
+      subject.unfit.reset();
+      subject.has_other_input = false;
+      subject.cannot_tell = "o" + subject.jumps.substr(1);
+    }
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
     if (!leak.empty()) subject.map_cause = report::MapCause::leak;

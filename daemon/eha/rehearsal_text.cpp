@@ -33,15 +33,21 @@ std::string move_to_middle(const config::RigConfig& rig, Player player, const Di
   return player == Player::local ? fmt::format("{} --local --rig {}", move, shell_word(rig.file_name)) : move;
 }
 
+double middle_of(const config::RigConfig& rig) { return 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in); }
+
+/// Whether the experiment, which names no start of its own, stays clear of the limits from mid-travel.
+bool is_clear_from_middle(const Rehearsed& rehearsed) {
+  const config::Played* played = rehearsed.experiment.config.played();
+  if (played == nullptr || played->start) return false;
+  const std::optional<Rehearsal> from_middle = rehearse(rehearsed.experiment, rehearsed.rig, middle_of(rehearsed.rig));
+  return from_middle && !is_at_risk(from_middle);
+}
+
 /// The move to mid-travel from where the experiment stays clear of the limits; empty where none helps, or where the
 /// experiment moves the rod to its own start.
 std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) {
-  const config::Played* played = rehearsed.experiment.config.played();
-  if (played == nullptr || played->start) return {};
-  const config::RigLimits& limits = rehearsed.rig.limits;
-  const double middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
-  const std::optional<Rehearsal> from_middle = rehearse(rehearsed.experiment, rehearsed.rig, middle_in);
-  if (!from_middle || from_middle->chance_of_trip >= kWarnedChanceOfTrip) return {};
+  if (!is_clear_from_middle(rehearsed)) return {};
+  const double middle_in = middle_of(rehearsed.rig);
   const DisplayUnit unit = console.unit(rehearsed.rig.units);
   const std::string stands =
       fmt::format("the rod stands at {:.3f} {}, and from mid-travel the experiment stays clear of them",
@@ -143,7 +149,7 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
               "lower amplitudes or [hold] do";
   }
   // The loop stops a rod early enough before a limit that it comes to rest there.
-  const bool may_trip = rehearsal.chance_of_trip >= kWarnedChanceOfTrip;
+  const bool may_trip = is_at_risk(rehearsal);
   return fmt::format("rehearsed with {}: {} {:.2f} to {:.2f} {} (95 %{}) and {}{}", valve_of(rig),
                      may_trip ? "until it is stopped before a limit the rod moves within" : "the rod stays within",
                      factor * rehearsal.lowest_in, factor * rehearsal.highest_in, unit.of("in"),
@@ -151,10 +157,19 @@ std::string sentence_on(const Rehearsal& rehearsal, const config::RigConfig& rig
                      drift_text(factor * rehearsal.drift_in_per_s, unit.of("in")), remedy);
 }
 
+bool is_at_risk(const std::optional<Rehearsal>& rehearsal) {
+  return rehearsal && rehearsal->chance_of_trip >= kWarnedChanceOfTrip;
+}
+
+std::string move_before(const Rehearsed& rehearsed, const Console& console) {
+  if (begins_anew(rehearsed.rig, rehearsed.player) || !is_clear_from_middle(rehearsed)) return {};
+  return move_to_middle(rehearsed.rig, rehearsed.player, console.unit(rehearsed.rig.units));
+}
+
 void judge_travel(const Rehearsed& rehearsed, const std::string& experiment_file, TravelRisk risk,
                   const Console& console) {
   const std::optional<Rehearsal>& rehearsal = rehearsed.rehearsal;
-  if (!rehearsal || rehearsal->chance_of_trip < kWarnedChanceOfTrip) return;
+  if (!is_at_risk(rehearsal)) return;
   const std::string found = fmt::format("{}: {:.0f} % of the rehearsed rods reach a limit", experiment_file,
                                         100.0 * rehearsal->chance_of_trip);
   const std::string move = move_that_helps(rehearsed, console);

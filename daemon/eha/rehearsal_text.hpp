@@ -42,6 +42,13 @@ struct Rehearsed {
   Player player = Player::service;
 };
 
+/// Whether a rehearsal is warned of: one draw in twenty or more reaches a limit.
+[[nodiscard]] bool is_at_risk(const std::optional<Rehearsal>& rehearsal);
+
+/// `eha goto` to mid-travel, from where the experiment stays clear of the limits; empty where that does not help, or
+/// where the rod begins anew. Rehearses once more.
+[[nodiscard]] std::string move_before(const Rehearsed& rehearsed, const Console& console);
+
 /// Warns if one draw in twenty reaches a limit, with what helps: a move to mid-travel where the experiment stays clear
 /// from there ([start] in the experiment where the rod begins anew). Nothing if the experiment could not be rehearsed.
 /// @throws ConfigError  half of the draws do, and the risk is not accepted

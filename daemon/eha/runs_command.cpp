@@ -31,6 +31,7 @@
 #include "daemon/record/recover.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_summary.hpp"
+#include "daemon/report/html.hpp"
 #include "daemon/sheet/run_sheet.hpp"
 
 namespace eha::cli {
@@ -92,6 +93,21 @@ void show_report(const record::ReportEntry& report, const fs::path& run, Console
   console.print(fmt::format("ticks    {}: {} late, {} skipped, {} sample{} not delivered, {} dropped, {} clamped",
                             counters.ticks, counters.late, counters.skipped, counters.timeouts,
                             counters.timeouts == 1 ? "" : "s", counters.dropped, counters.clamped));
+}
+
+/// "52.1 s, ramps included, of \"paper\" on simulated rig, begun 2026-11-22 10:15:00 UTC"; empty for a run without a
+/// row.
+std::string recorded_text(const fs::path& run, const record::Manifest& manifest) {
+  const record::RunSummary summary = record::summary_of(run.string(), manifest);
+  if (!(summary.recorded_s > 0.0)) return {};
+  const auto text_at = [&](const char* pointer) {
+    const Json::json_pointer at(pointer);
+    const bool is_text = manifest.other.contains(at) && manifest.other.at(at).is_string();
+    return is_text ? one_line(manifest.other.at(at).get<std::string>()) : std::string();
+  };
+  const std::string rig = text_at("/rig/name");
+  return fmt::format("{:.1f} s, ramps included, of \"{}\"{}, begun {}", summary.recorded_s, text_at("/name"),
+                     rig.empty() ? "" : " on " + rig, report::utc_text(text_at("/utc_start")));
 }
 
 /// The fault of a run whose process was killed before it wrote a report, by what it had written; empty without one.
@@ -334,6 +350,9 @@ ExitCode execute(const RunsShowCommand& given, Console& console) {
   console.print_json(record::to_json(manifest));
   console.print(fmt::format("run      {}", command.run.string()));
   console.print(fmt::format("outcome  {}", record::outcome_text(manifest)));
+  if (const std::string recorded = recorded_text(command.run, manifest); !recorded.empty()) {
+    console.print("recorded " + recorded);
+  }
   if (manifest.recovery) {
     console.print(fmt::format("         {} rows recovered from the journal, {} torn bytes left out",
                               manifest.recovery->rows, manifest.recovery->torn_bytes));

@@ -218,8 +218,7 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     if (!run.empty()) next(("eha runs show " + shell_word(run)).c_str());
     // Which of the rig's limits it reaches from where the rod stands is not known here.
     const std::string check_any = "eha check " + shell_word(an_experiment());
-    const bool goes_on = run.empty() || !way.empty() || !answer.value("held", Json::array()).empty();
-    if (!goes_on) return;
+    if (!run.empty() && way.empty()) return;  // what is held may end like it
     next(!way.empty()                                   ? way.c_str()
          : !answer.value("held", Json::array()).empty() ? "eha queue release"
          : answer.value("characterised", true)          ? check_any.c_str()
@@ -326,7 +325,10 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
     console.print(queue_table(answer["queue"]));
     const std::string way = way_to_middle(answer.at("rod"), console.unit(answer.at("rig").value("units", "")));
     const bool must_arm = answer.at("state") != "armed";
-    if (!way.empty() && answer.at("run").is_null()) {
+    const Json faulted_run = answer.value("faulted_run", Json());
+    if (faulted_run.is_string()) {  // to be understood before anything moves
+      console.next_step(through(command.socket, "eha runs show " + shell_word(faulted_run.get<std::string>())));
+    } else if (!way.empty() && answer.at("run").is_null()) {
       console.next_step((must_arm ? through(command.socket, "eha arm") + " && " : "") + through(command.socket, way));
     }
   }

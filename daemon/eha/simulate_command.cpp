@@ -21,6 +21,7 @@
 #include "daemon/record/record_csv.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/signal/intersample.hpp"
 #include "ident/validation/output_unit.hpp"
@@ -85,6 +86,29 @@ ident::Model begun(const ident::Model& model, const SimulateCommand& command, do
   return ident::begun_at(model, first);
 }
 
+/// Warns of a model that its fit rejected, and of an input that is greater than what estimated the model.
+void warn_of_doubtful(const ident::Model& model, const SimulateCommand& command, const Eigen::VectorXd& input,
+                      const Console& console) {
+  if (model.verdict && !model.verdict->accepted) {
+    console.warning(
+        fmt::format("{}: {} is rejected by the fit that made it, so that its output says little of the "
+                    "plant; `eha report {}` says why",
+                    command.model_file, model.name, shell_word(command.model_file)));
+  }
+  if (!model.estimation || !model.estimation->input_range) return;
+  // As where a part of its own record goes beyond: a straight model has no other gain a little further out.
+  constexpr double kBeyond = 0.5;  // of the range
+  constexpr double kBeyondWithMap = 0.1;
+  const auto [lowest, highest] = *model.estimation->input_range;
+  const double allowed = (model.input_map ? kBeyondWithMap : kBeyond) * (highest - lowest);
+  if (input.minCoeff() >= lowest - allowed && input.maxCoeff() <= highest + allowed) return;
+  const std::string unit = ident::after_number(model.input_unit);
+  console.warning(fmt::format(
+      "{}: the input goes from {:.4g} to {:.4g}{}, and {} was estimated from {:.4g} to {:.4g}{}: beyond that nothing "
+      "shows that the plant answers as the model does; record such an input and `eha validate` the model on it",
+      command.input_file, input.minCoeff(), input.maxCoeff(), unit, model.name, lowest, highest, unit));
+}
+
 /// The output at the input's rows, between which the input is held or straight.
 Eigen::VectorXd output_of(const ident::Model& model, const record::InputSeries& input, ident::Intersample intersample,
                           ident::SimulationMethod method) {
@@ -122,6 +146,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   console.end_progress();
   print_import(imported.guess, imported.remarks, {}, console);
   const record::InputSeries& input = imported.series;
+  warn_of_doubtful(model, command, input.values, console);
   Eigen::VectorXd output;
   try {
     output = output_of(begun(model, command, input.values[0], console), input,

@@ -22,6 +22,7 @@
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
+#include "daemon/identify/silent_record.hpp"
 #include "daemon/identify/size_hint.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/asked_command.hpp"
@@ -200,11 +201,18 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
 
   const auto exchanged = model.verdict->accepted ? std::nullopt : identify::exchanged_fit(source, options, scored_here);
 
+  const double shown_factor = console.unit(source.units).factor(model.output_unit);
+  const std::string shown_unit = ident::after_number(console.unit(source.units).of(model.output_unit));
+  const std::string silent = model.verdict->accepted || exchanged
+                                 ? std::string()
+                                 : identify::why_silent(model, source.record, scored_here, shown_factor, shown_unit);
+
   nlohmann::ordered_json document{{"schema", "eha-validation/1"}, {"source", command.source}};
   document["model"] = nlohmann::ordered_json::parse(ident::to_text(model));
   if (scored_here.refit) document["refit_rms_error"] = scored_here.refit_rms_error;
   if (scored_here.change) document["change"] = change_json(*scored_here.change, model);
   if (exchanged) document["exchanged"] = {{"model", exchanged->name}, {"r2_percent", exchanged->r2_percent}};
+  if (!silent.empty()) document["cannot_judge"] = silent;
   if (!can_tell) document["cannot_tell"] = scored_here.cannot_tell;
   console.print_json(document);
 
@@ -217,16 +225,17 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (exchanged) {
     // What the checks of exchanged columns say is of no plant.
     text += fmt::format("  {}.\n", capitalised(identify::exchange_sentence(*exchanged, scored_here)));
+  } else if (!silent.empty()) {
+    text += fmt::format("  {}.\n", silent);
   } else {
     for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
   }
-  if (!can_tell && !exchanged) {
+  if (!can_tell && !exchanged && silent.empty()) {
     text += fmt::format("  Cannot tell: {}. By its checks alone: {}.\n", scored_here.cannot_tell,
                         ident::text(model.verdict->grade));
   }
-  if (scored_here.of_another_plant && !exchanged) {
-    const double factor = console.unit(source.units).factor(model.output_unit);
-    text += change_sentences(ident::in_output_unit(*scored_here.change, factor), shown);
+  if (scored_here.of_another_plant && !exchanged && silent.empty()) {
+    text += change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown);
   }
   text += fmt::format("On {} samples:\n", validation.score.samples);
   text += score_line("offset kept", scored.score, shown);
@@ -238,12 +247,19 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   text += "  " + correlation_line("residual with input", validation.ccf, 0);
   ident::Model judged_as_shown = shown;
   if (scored.offset_reestimated) judged_as_shown.validation->score = *scored.offset_reestimated;
-  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict); !note.empty() && !exchanged) {
+  if (const std::string note = ident::lags_note(judged_as_shown, *model.verdict);
+      !note.empty() && !exchanged && silent.empty()) {
     text += wrapped(note, 0) + "\n";
   }
   console.print(text);
   if (exchanged) {
     console.next_step(importer::command_with(command.import, command.source, source.exchange));
+    return ExitCode::model_rejected;
+  }
+  if (!silent.empty()) {
+    console.next_step(fmt::format("eha plot {}{} -o {}", shell_word(command.source),
+                                  importer::words_of_reading(command.import.command),
+                                  shell_word(free_name("record.svg"))));
     return ExitCode::model_rejected;
   }
   if (!model.verdict->accepted) {

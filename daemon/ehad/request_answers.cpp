@@ -79,6 +79,8 @@ Json Supervisor::status() const {
   status["reason"] = state() == acquisition::State::faulted || state() == acquisition::State::idle
                          ? Json(why_disarmed())
                          : Json(nullptr);
+  const Entry* open_fault = queue_.open_fault();
+  status["faulted_run"] = open_fault != nullptr && !open_fault->run.empty() ? Json(open_fault->run) : Json(nullptr);
   const config::RigConfig& rig = *rig_.config();
   status["rig"] = {{"name", rig.name},
                    {"file", options_.rig_file},

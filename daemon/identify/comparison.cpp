@@ -114,6 +114,14 @@ std::optional<double> shift_on(ident::Model model, const Source& source, const i
   return ident::noted_shift(model);
 }
 
+/// A jump of the error of a model on a record; none where there is none.
+std::optional<ComparedRun::SuddenError> sudden_error(const ident::Model& model, const Source& source,
+                                                     const ident::FitOptions& options, bool is_first) {
+  const std::optional<ident::ErrorJump> jump = ident::validate(model, source.record, options).jump;
+  if (!jump) return std::nullopt;
+  return ComparedRun::SuddenError{*jump, ident::cut_beside(*jump, options.decimation * source.record.step_s), is_first};
+}
+
 /// Whether the greatest change of null and dead band is within such a shift. @param shift  none: it is not
 bool explains_valve(const std::optional<double>& shift, const ident::PlantChange& change) {
   double greatest = 0.0;
@@ -501,8 +509,11 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
   const double level = ident::kFalseAlarm / static_cast<double>(sources.size() - 1);
+  const auto sudden_of_first = sudden_error(comparison.runs.front().fit.model, first, options.front(), true);
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
     comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
+    comparison.runs[i].of_first_model =
+        ident::output_of(comparison.runs.front().fit.model, sources[i].record, options[i]);
     comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     comparison.runs[i].change =
         ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
@@ -524,6 +535,9 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       comparison.runs[i].unfit = hides_a_change(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
+    std::optional<ComparedRun::SuddenError>& sudden = comparison.runs[i].sudden;
+    sudden = sudden_error(comparison.runs[i].fit.model, sources[i], options[i], false);
+    if (!sudden) sudden = sudden_of_first;
     if (structure.structure.input_map.valve) {
       const auto shift_of = [&](std::size_t n) {
         return shift_on(comparison.runs[n].fit.model, sources[n], options[n]);

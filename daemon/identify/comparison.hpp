@@ -9,6 +9,7 @@
 #include "daemon/identify/source.hpp"
 #include "ident/estimation/fit.hpp"
 #include "ident/validation/parameter_change.hpp"
+#include "ident/validation/record_findings.hpp"
 
 namespace eha::identify {
 
@@ -34,6 +35,7 @@ struct ComparedRun {
   std::optional<ident::PlantChange> change;  ///< from the first run to this one; none for the first
   LeftOver left_over = {};                   ///< the same
   double first_model_error = 0.0;            ///< rms, of the first run's model on this run [output unit]; 0: the first
+  ident::OutputOfModel of_first_model = {};  ///< on this run's record; empty: the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
   /// A changed null or dead band that the error of one of the two maps explains, as a leak's: by how much such a fit
   /// may be off the valve's [input unit], and on which run. None: it does not.
@@ -42,6 +44,14 @@ struct ComparedRun {
     bool is_first = false;
   };
   std::optional<BentMap> bent_map = {};
+  /// A sudden lasting change of the error of a model on its own record, of one of the two: a sensor that slipped makes
+  /// one, and no plant does. Nothing is shown then.
+  struct SuddenError {
+    ident::ErrorJump jump;
+    ident::CutBeside cut;
+    bool is_first = false;  ///< on the first run's record; else on this one
+  };
+  std::optional<SuddenError> sudden = {};
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
   /// One of the two models does not describe its own record: `change` then claims nothing. Where the first model errs
   /// as little as the other one it is set only if no change is shown and one of them leaves so much over that a change

@@ -22,10 +22,24 @@ constexpr double kOverRange = 0.03;      // distance over the range of the outpu
 constexpr double kNeighboursOff = 0.1;   // difference of the neighbours over the distance
 constexpr double kMostShare = 0.05;      // of the rows
 constexpr double kInputOverRange = 2.0;  // of a lone input
+constexpr std::size_t kFrozen = 50;      // equal rows that show nothing of a signal's noise
 constexpr std::size_t kInputBefore = 5;  // rows in which the input may be the cause
 constexpr double kStepOverUsual = 10.0;  // change of an input that steps, over the usual one
 constexpr double kStepOverRange = 0.02;  // ... over its range
 constexpr double kOverAnswers = 3.0;     // distance a volt of the step, over the motions after the others
+
+/// The values without those that repeat kFrozen and more times in a row.
+std::vector<double> without_frozen(std::span<const double> values) {
+  std::vector<double> moving;
+  moving.reserve(values.size());
+  for (std::size_t from = 0; from < values.size();) {
+    std::size_t to = from + 1;
+    while (to < values.size() && values[to] == values[from]) ++to;
+    if (to - from < kFrozen) moving.insert(moving.end(), to - from, values[from]);
+    from = to;
+  }
+  return moving;
+}
 
 /// Whether rows from .. from + count - 1 lie apart from both neighbours, which agree.
 bool stands_alone(std::span<const double> y, std::size_t from, std::size_t count, const Scale& scale) {
@@ -112,6 +126,7 @@ class Steps {
 std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output) {
   if (output.size() < kFewestWithLone || input.size() != output.size()) return {};
   Scale scale = scale_of(output);
+  scale.usual = std::max(scale.usual, scale_of(without_frozen(output)).usual);
   scale.step = ident::value_step(output);
   const Scale of_input = scale_of(input);
   const Steps steps(input, output);

@@ -207,8 +207,15 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
     ++style;
   }
   if (style == 1) return {};
+  for (const ComparedSubject& subject : subjects) {
+    const ident::OutputOfModel& other = subject.of_first_model;
+    if (other.time_s.size() == 0) continue;
+    error.series.push_back(curve_of(other.time_s, other.measured - other.simulated,
+                                    fmt::format("model of {} on {}", subjects.front().label, subject.label), style++));
+  }
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};
-  item.remark.good = "Errors of equal size: the models describe their records equally well.";
+  item.remark.good =
+      "Errors of equal size: the models describe their records equally well, and the first one the others', too.";
   item.remark.to_do =
       "If one error is much larger, the cause may lie outside the model: friction, air, a loose sensor.";
   return item;

@@ -27,8 +27,12 @@ struct ComparedSubject {
   bool has_other_input = false;                   ///< than the first, and `cannot_tell` says so
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   std::optional<identify::Unfit> unfit = {};  ///< as of identify::ComparedRun, beside the first
-  bool is_tight = false;                      ///< by the valve sheets beside both runs
-  MapCause map_cause = MapCause::unknown;     ///< of another map, as the records show it
+  /// "On slip the error jumps by 0.3 in at about 12.3 s", where it does on one of the two records, which `cannot_tell`
+  /// says too, and how to cut that record; empty: it does not.
+  std::string jumps = {};
+  std::string cut_beside_jump = {};
+  bool is_tight = false;                   ///< by the valve sheets beside both runs
+  MapCause map_cause = MapCause::unknown;  ///< of another map, as the records show it
   /// Least and greatest input that the record has; none without a record.
   std::optional<std::pair<double, double>> input_range = {};
   /// How the rig of its record is reached, for a page; none: as findings.rig.
@@ -37,6 +41,8 @@ struct ComparedSubject {
   Eigen::VectorXd time_s = {};
   Eigen::VectorXd measured = {};
   Eigen::VectorXd simulated = {};
+  /// The first run's model on this record; empty: not of runs, or the first.
+  ident::OutputOfModel of_first_model = {};
 };
 
 /// The same of what the model leaves over.

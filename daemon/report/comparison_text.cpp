@@ -117,6 +117,13 @@ std::string cause_sentence(const ComparedSubject& subject) {
 }
 
 std::string to_do_of(const ComparedSubject& subject) {
+  if (!subject.jumps.empty()) {
+    return fmt::format(
+        "{}: a sensor that slipped or froze makes that, another load, or missing rows. Look at the sensor (mounting, "
+        "wire, connector) first; then compare again without that place: cut the "
+        "record with {}.",
+        subject.jumps, subject.cut_beside_jump);
+  }
   switch (finding_of(subject)) {
     case Finding::does_not_fit:
       return "Look at both records: an input that reaches one side only, a rod on its end stop, another signal. `eha "
@@ -159,7 +166,8 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
           "Not shown whether the plant has changed: {}, and the inputs differ",
           subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
     case Finding::cannot_tell:
-      return "Not shown whether the plant has changed";
+      return fmt::format("Not shown whether the plant has changed{}",
+                         subject.jumps.empty() ? "" : ": " + subject.cannot_tell);
     case Finding::leaves_other:
       return "The same plant by its parameters, but what the model leaves over changed";
     case Finding::alike:

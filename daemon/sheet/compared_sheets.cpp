@@ -65,6 +65,8 @@ bool ComparedQuantity::changed() const { return std::abs(after.value - before.va
 
 ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const DisplayUnit& unit) {
   ComparedSheets compared;
+  const bool are_of_one_rig = std::all_of(sheets.begin(), sheets.end(),
+                                          [&](const RunSheet& run) { return run.rig.name == sheets.front().rig.name; });
   for (const RunSheet& run : sheets) {
     const bool is_first = &run == &sheets.front();
     compared.names.push_back(fmt::format("{} on {}", run.folder.string(), run.rig.name));
@@ -87,11 +89,15 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
     }
   }
   compared.rig = sheets[compared.measured_again].access;
-  compared.heading = changed.empty() ? "No change of the valve is shown"
-                                     : fmt::format("The valve has changed: {}", fmt::join(changed, ", "));
+  if (changed.empty()) {
+    compared.heading = are_of_one_rig ? "No change of the valve is shown" : "No difference of the valves is shown";
+  } else {
+    compared.heading = fmt::format("{}: {}", are_of_one_rig ? "The valve has changed" : "The valves of the rigs differ",
+                                   fmt::join(changed, ", "));
+  }
   if (leak) {
     compared.sentences.push_back(ident::leak_finding(*leak, unit));
-  } else if (!changed.empty()) {
+  } else if (!changed.empty() && are_of_one_rig) {
     compared.sentences.emplace_back(
         "A null moves with the oil's temperature, a gain with the square root of what drops over the valve: look at "
         "both before you blame the valve. `eha characterise` measures it again.");

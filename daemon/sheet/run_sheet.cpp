@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <span>
 
 #include "config/characterisation.hpp"
 #include "config/experiment_config.hpp"
@@ -15,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/millimetre_key.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/sha256.hpp"
 #include "ident/valve/supply.hpp"
 
 namespace eha::sheet {
@@ -49,6 +51,8 @@ RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
                  .sheet = {}};
   found.access = suggest::access_of_run(run.manifest.other);
   found.utc_start = run.manifest.other.value("utc_start", "");
+  found.rig_file = run.manifest.other.value(nlohmann::ordered_json::json_pointer("/rig/file"), std::string());
+  found.rig_sha256 = record::sha256_of(std::as_bytes(std::span(run.rig_text)));
   if (is_cut) found.cut_at_s = static_cast<double>(run.record.output.size()) * run.record.step_s;
   found.sheet = ident::valve_sheet(run.record, config::characterisation_plan(found.rig));
   return found;

@@ -31,6 +31,8 @@ struct RunSheet {
   record::OpenRun opened;  ///< the same, held
   config::RigConfig rig;   ///< as used
   std::string utc_start;
+  std::string rig_file = {};    ///< its path, as used
+  std::string rig_sha256 = {};  ///< of the content that was read
   ident::ValveSheet sheet;
   suggest::RigAccess access = {};          ///< how the run reached its rig
   std::optional<WrittenRig> written = {};  ///< none: `eha characterise` had no -o
@@ -67,6 +69,9 @@ struct SheetRow {
 
 /// The quantities of the sheet with their intervals or "not observed", in the unit of length for people.
 [[nodiscard]] std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit);
+
+/// "20261122T101500Z-characterise, 2026-11-22 10:15:00 UTC; rig file /etc/ehad/rig.toml, sha256 0123456789ab".
+[[nodiscard]] std::string origin_of(const RunSheet& run);
 
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);

@@ -190,7 +190,7 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
   const std::string lead = fmt::format("<p class=\"subtitle\">{}, {}</p>\n", report::escaped(run.rig.name),
-                                       report::escaped(report::utc_text(run.utc_start))) +
+                                       report::escaped(origin_of(run))) +
                            quantities(run, unit);
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));

@@ -49,7 +49,8 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
   return result.append(text);
 }
 
-constexpr std::string_view kOnTheBench = "a record of a slow triangle of volts about 0, wider than the dead band,";
+constexpr std::string_view kOnTheBench =
+    "a record of a slow triangle of volts about 0 that is wider than the dead band";
 
 struct Quotes {
   std::string_view before;
@@ -86,7 +87,13 @@ std::string completed_between(std::string_view text, const RigAccess& rig, Quote
   std::string result(text);
   if (text.find("eha ") == std::string_view::npos) return result;
   // No command measures a valve that this program does not drive.
-  if (rig.new_rig_file.empty()) result = replaced(result, quoted("eha characterise"), kOnTheBench);
+  if (rig.new_rig_file.empty()) {
+    const std::string measures = quoted("eha characterise");
+    std::string as_sentence(kOnTheBench);
+    as_sentence.front() = 'A';
+    if (result.starts_with(measures)) result.replace(0, measures.size(), as_sentence);
+    result = replaced(replaced(result, ". " + measures, ". " + as_sentence), measures, kOnTheBench);
+  }
   for (const auto& [name, whole] : whole_commands(rig)) {
     if (!whole.empty()) result = replaced(result, quoted(name), quoted(shown(on_one_line(whole))));
   }

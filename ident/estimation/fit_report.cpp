@@ -264,6 +264,7 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   const ComparedRows compared{times_s, inputs, all_measured, all_simulated};
   report.end_stop = end_stop(compared);
   report.jump = report.end_stop ? std::nullopt : error_jump(compared);
+  if (report.jump && estimated > 0) report.jump->estimating = report.jump->time_s <= result.time_s[estimated - 1];
   report.saturated_percent = std::max(saturated_percent(all_rows.of(unfiltered(record.output, comparison)),
                                                         all_measured - all_simulated, all_simulated),
                                       report.end_stop ? report.end_stop->percent : 0.0);

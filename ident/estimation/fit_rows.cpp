@@ -58,6 +58,11 @@ FitRows fit_rows(const Record& record, const FitOptions& options) {
   return rows;
 }
 
+std::pair<double, double> input_range(const Record& record, const FitRows& rows) {
+  const auto estimating = record.input.head(static_cast<Eigen::Index>(rows.last) + 1);
+  return {estimating.minCoeff(), estimating.maxCoeff()};
+}
+
 std::optional<double> rest_level(const Record& record, const StructureOptions& asked, const FitOptions& options,
                                  const FitRows& rows) {
   if (options.input_before) return options.input_before;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <utility>
 
 #include "ident/fit_options.hpp"
 #include "ident/record.hpp"
@@ -27,6 +28,9 @@ void check_record(const Record& record, const FitOptions& options);
 
 /// @throws DataError  too few rows are left to estimate from
 [[nodiscard]] FitRows fit_rows(const Record& record, const FitOptions& options);
+
+/// Least and greatest input of the rows that estimate.
+[[nodiscard]] std::pair<double, double> input_range(const Record& record, const FitRows& rows);
 
 /// The level at which the plant is at rest before the record: as given, or of a step test that shows it, unless an
 /// initial state is asked for.

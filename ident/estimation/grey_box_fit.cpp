@@ -196,6 +196,7 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
   const Record& record = prepared.record;
   const double compared_step_s = record.step_s * static_cast<double>(prepared.rows.comparison.every);
   model.estimation->compared_step_s = compared_step_s;
+  model.estimation->input_range = input_range(record, prepared.rows);
   const double duration_s = record.step_s * static_cast<double>(prepared.rows.last + 1);
   model.bode = bode_curve(model, bode_frequencies(duration_s, compared_step_s), result.covariance);
   const bool whole = options.intervals == IntervalMethod::profile;

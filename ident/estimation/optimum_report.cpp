@@ -127,6 +127,7 @@ FitResult report_of(const LocalOptimum& chosen, const FitAtItsEnd& fit) {
                    .input_error = input_error},
                   profiles ? &profile : nullptr);
   model.estimation->compared_step_s = record.step_s * static_cast<double>(rows.comparison.every);
+  model.estimation->input_range = input_range(record, rows);
   const Eigen::VectorXd& measured = fit.compared.measured();
   model.estimation->score = score(measured, measured - residual);
   // Highest order first, as transfer functions are written.

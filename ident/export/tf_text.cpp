@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <string_view>
 #include <vector>
 
 #include "ident/export/model_formats.hpp"
@@ -17,6 +18,7 @@ namespace {
 constexpr double kWholeWithin = 1e-9;
 constexpr int kHighestPower = 20;
 constexpr double kReal = 1e-7;  // imaginary part of a real pole, of its size
+constexpr std::string_view kNotMeasured = "is not measured";
 
 /// Coefficients of falling whole powers, or nothing where an order is not whole.
 std::vector<double> falling(const std::vector<Term>& terms) {
@@ -70,8 +72,8 @@ std::string unseen_poles(const ExportedModel& model) {
     } else if (f_Hz < model.shown_band->lowest_Hz / kFarOff) {
       text += fmt::format(
           "{} is below the band that the record shows, from {:.3g} Hz: there the model is an\n"
-          "% integrator, and a gain at standstill is not measured.\n",
-          which, model.shown_band->lowest_Hz);
+          "% integrator, and a gain at standstill {}.\n",
+          which, model.shown_band->lowest_Hz, kNotMeasured);
     }
   }
   return text;
@@ -123,12 +125,15 @@ std::string tf_text(const ExportedModel& model, const std::string& function) {
     while (last > 1 && denominator[last - 1] == 0.0) --last;
     const double unit = denominator[last - 1];
     const double lowest = numerator.back();
+    const std::string unseen = unseen_poles(model);
     if (unit != 0.0 && lowest != 0.0) {
       text += fmt::format("K = {};  % gain{}\n", lowest / unit,
-                          last < denominator.size() ? " of the integrator" : " at standstill");
+                          last < denominator.size()                        ? " of the integrator"
+                          : unseen.find(kNotMeasured) != std::string::npos ? " at standstill, which is not measured"
+                                                                           : " at standstill");
     }
     text += lags_and_pairs(model.transfer_function.denominator);
-    text += unseen_poles(model);
+    text += unseen;
   } else {
     // Fractional orders: the sum of the approximation's sections over one denominator.
     std::vector<std::string> parts;

@@ -46,6 +46,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::far_saturated, "far_saturated_percent", "", Unit::percent, Weight::rejects,
      "rows at an end of the output, to reject", "output long at an end"},
     {Kind::jump, "error_jump", "", Unit::output, Weight::lowers, "sudden change of the error", "the error jumps"},
+    {Kind::far_jump, "far_error_jump", "", Unit::output, Weight::rejects,
+     "sudden change of the error where it estimates, to reject", "the error jumps"},
     {Kind::extrapolated, "extrapolated_percent", "", Unit::percent, Weight::lowers,
      "rows with an input beyond the estimating ones", "input beyond the estimating part"},
     {Kind::wrong_input, "wrong_input", "", Unit::none, Weight::rejects, "input column is wrong (1: yes)",

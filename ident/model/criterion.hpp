@@ -27,6 +27,7 @@ enum class CriterionKind : std::uint8_t {
   saturated,
   far_saturated,  ///< saturated, or on an end stop, in so many samples that the parameters are wrong
   jump,           ///< a sudden lasting change of the error
+  far_jump,       ///< such a change in the rows that estimate, so great that the parameters are wrong
   extrapolated,
   wrong_input,  ///< the record's input column is not what the plant got (1), see identify::wrong_input()
   error_over_noise,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "ident/fractional/stability.hpp"
@@ -103,6 +104,8 @@ struct EstimationReport {
   bool converged = false;
   std::optional<double> compared_step_s = {};  ///< time between compared samples
   std::optional<ResidualNoise> noise = {};     ///< none after the paper's procedure
+  /// Least and greatest input of the rows that estimate [input unit]; none in files of earlier versions.
+  std::optional<std::pair<double, double>> input_range = {};
 };
 
 /// A joint test of the residual, whitened by its autoregressive model.
@@ -193,9 +196,10 @@ struct EndStop {
 
 /// A sudden lasting change of the error.
 struct ErrorJump {
-  double time_s = 0.0;  ///< of the record
-  double change = 0.0;  ///< [output unit]
-  double usual = 0.0;   ///< least change over a few rows that counts as a jump [output unit]; 0: not known
+  double time_s = 0.0;      ///< of the record
+  double change = 0.0;      ///< [output unit]
+  double usual = 0.0;       ///< least change over a few rows that counts as a jump [output unit]; 0: not known
+  bool estimating = false;  ///< it lies in the rows that estimated the model, whose parameters are wrong by it
 };
 
 /// White noise of the recorded input in itself that did not reach the plant: a model makes of it what the plant does

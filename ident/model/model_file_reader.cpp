@@ -173,7 +173,7 @@ ResidualNoise read_noise(const Node& node) {
 EstimationReport read_estimation(const Node& node) {
   const Node object =
       node.object({"r2_percent", "mse", "fit_percent", "samples", "evaluations", "seconds", "termination", "converged",
-                   "information", "correlation", "compared_step_s", "noise"});
+                   "information", "correlation", "compared_step_s", "input_range", "noise"});
   EstimationReport report;
   report.score = read_score(object);
   object.read("evaluations", report.evaluations);
@@ -185,6 +185,12 @@ EstimationReport read_estimation(const Node& node) {
   if (object.has("compared_step_s")) {
     report.compared_step_s = object.at("compared_step_s").number();
     if (!(*report.compared_step_s > 0.0)) object.at("compared_step_s").refuse("more than 0");
+  }
+  if (object.has("input_range")) {
+    std::vector<double> ends;
+    object.read("input_range", ends);
+    if (ends.size() != 2 || !(ends[1] >= ends[0])) object.at("input_range").refuse("two rising values");
+    report.input_range = {ends[0], ends[1]};
   }
   if (object.has("noise")) report.noise = read_noise(object.at("noise"));
   return report;
@@ -279,10 +285,11 @@ ValidationReport read_validation(const Node& node) {
     if (stop.has("to_s")) stop.read("to_s", read.to_s.emplace());
   }
   if (object.has("jump")) {
-    const Node jump = object.at("jump").object({"time_s", "change", "usual"});
+    const Node jump = object.at("jump").object({"time_s", "change", "usual", "estimating"});
     jump.read("time_s", report.jump.emplace().time_s);
     jump.read("change", report.jump->change);
     if (jump.has("usual")) jump.read("usual", report.jump->usual);
+    jump.read("estimating", report.jump->estimating);
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());

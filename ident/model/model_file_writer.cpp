@@ -78,6 +78,7 @@ OrderedJson estimation_to_json(const EstimationReport& report) {
                              {"indistinguishable", report.correlation->indistinguishable}};
   }
   if (report.compared_step_s) object["compared_step_s"] = *report.compared_step_s;
+  if (report.input_range) object["input_range"] = {report.input_range->first, report.input_range->second};
   if (report.noise) {
     object["noise"] = {{"power", report.noise->power},
                        {"variance", report.noise->variance},
@@ -153,6 +154,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   }
   if (const auto& jump = report.jump) {
     object["jump"] = {{"time_s", jump->time_s}, {"change", jump->change}, {"usual", jump->usual}};
+    if (jump->estimating) object["jump"]["estimating"] = true;
   }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (report.map_error) object["map_error"] = *report.map_error;

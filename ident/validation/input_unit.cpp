@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/input_unit.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "ident/structure/parameter_role.hpp"
 #include "ident/validation/verdict.hpp"
@@ -75,6 +77,10 @@ Model in_input_unit(Model model, const std::string& unit, double factor) {
   for (ParameterEstimate& p : model.parameters) {
     const double by = factor_of({p.name, p.role, 0}, factor);
     for (double* value : {&p.value, &p.std, &p.lower95, &p.upper95}) *value *= by;
+  }
+  if (model.estimation && model.estimation->input_range) {
+    auto& [lowest, highest] = *model.estimation->input_range;
+    std::tie(lowest, highest) = std::minmax(factor * lowest, factor * highest);
   }
   if (auto& validation = model.validation) {
     if (validation->map_error) *validation->map_error *= factor;

@@ -340,7 +340,8 @@ std::string cause_in_record(const Models& all) {
                               error == ErrorCause::slow_rows ||
                               (error == ErrorCause::feedback && model->provenance.contains(kLoopOfRecord));
     const bool is_at_stop = model->validation && model->validation->end_stop;
-    if (has_reason(*model) && (is_of_record || is_at_stop)) return first_whole_reason(*model);
+    const bool jumps_far = model->verdict && fails_any(*model->verdict, {CriterionKind::far_jump});
+    if (has_reason(*model) && (is_of_record || is_at_stop || jumps_far)) return first_whole_reason(*model);
   }
   const Model& nearest = *all.front();
   if (has_reason(nearest) && explanation_of(nearest, *nearest.verdict)) return first_whole_reason(nearest);

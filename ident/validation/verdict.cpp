@@ -31,6 +31,7 @@ constexpr double kLeastRise = 10.0;               // of AR-BIC, without an order
 constexpr double kLeastGainRatio = -0.05;
 constexpr double kMostExtrapolated_percent = 5.0;
 constexpr double kMostSaturated_percent = 1.0;
+constexpr double kFarJump = 0.1;  // of the output's standard deviation
 constexpr double kNoticedChance = 0.5;
 
 constexpr double kLongestPair = 1.0;  // records
@@ -193,6 +194,11 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
   // What jumped is in the estimating part or in the error: no figure of this fit holds without the cut.
   if (const auto& jump = validation.jump) {
     judgement.criterion(Kind::jump, std::abs(jump->change), jump->usual, false);
+    const double spread = std::sqrt(validation.score.mse / (1.0 - 0.01 * validation.score.r2_percent));
+    const double greatest = kFarJump * spread;
+    if (jump->estimating && std::abs(jump->change) > greatest) {
+      judgement.criterion(Kind::far_jump, std::abs(jump->change), greatest, false);
+    }
   }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
   if (validation.input_noise) {

@@ -308,6 +308,7 @@ std::string Reasons::failed(const Criterion& c) const {
           c.value);
     case Kind::wrong_input:  // all() says it alone
     case Kind::jump:         // causes_in_record() says it first
+    case Kind::far_jump:
     case Kind::input_noise:
     case Kind::input_levels:
     case Kind::other:

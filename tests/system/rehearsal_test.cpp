@@ -41,7 +41,9 @@ TEST(Rehearsal, RefusesATripThatIsForetoldAndExplainsOneThatWasAccepted) {
   better.replace(better.find("0.8"), 3, std::to_string(std::stod(bad.err.substr(offset + 15))));
   folder.write("better.toml", better);
   EXPECT_EQ(run_eha({"check", "better.toml", "--rig", rig}, folder.path()).code, 0) << better;
-  EXPECT_EQ(run_eha({"check", "drifts.toml", "--rig", rig, "--accept-travel-risk"}, folder.path()).code, 0);
+  const Ended risked = run_eha({"check", "drifts.toml", "--rig", rig, "--accept-travel-risk"}, folder.path());
+  EXPECT_EQ(risked.code, 0) << risked.err;
+  EXPECT_EQ(risked.out.find("Next: eha run"), std::string::npos) << "not under such a warning: " << risked.out;
   const Ended refused = run_eha({"run", "drifts.toml", "--local", "--fast", "--rig", rig}, folder.path());
   EXPECT_EQ(refused.code, static_cast<int>(ExitCode::configuration)) << refused.err;
   EXPECT_NE(refused.err.find("--accept-travel-risk"), std::string::npos) << refused.err;
@@ -189,8 +191,11 @@ TEST(Rehearsal, IsRefusedFromBeyondATravelLimitWithTheWayBack) {
 TEST(Rehearsal, OnTheFileOfAMachineThatNoServiceDrivesLeadsToNoService) {
   const TemporaryFolder folder;
   folder.write("other.toml", content_of(source_file("config/rigs/pci1716.toml")));
-  const Ended checked =
-      run_eha({"check", source_file("config/experiments/paper.toml"), "--rig", "other.toml"}, folder.path());
+  std::string small = kDrifts;
+  small.replace(small.find("0.8"), 3, "0.0");
+  small.replace(small.find("amplitude_V = 2.0"), 17, "amplitude_V = 0.5");
+  folder.write("small.toml", small);
+  const Ended checked = run_eha({"check", "small.toml", "--rig", "other.toml"}, folder.path());
   EXPECT_EQ(checked.code, 0) << checked.err;
   EXPECT_NE(checked.out.find("--local --rig other.toml\n"), std::string::npos) << checked.out;
   EXPECT_EQ(checked.out.find("--fast"), std::string::npos) << checked.out;

@@ -351,11 +351,13 @@ TEST(Service, DisarmsOnAFaultAndHoldsTheQueue) {
   EXPECT_NE(reason.find("faulted: travel_limit at "), std::string::npos) << reason;
   EXPECT_NE(reason.find("the limit is "), std::string::npos) << reason;
   EXPECT_NE(reason.find("; run " + over.at("run").get<std::string>()), std::string::npos) << reason;
+  EXPECT_EQ(client.call("status").at("faulted_run"), over.at("run"));
   client.call("disarm");
   EXPECT_EQ(client.call("status").at("reason"), reason) << "letting go of the rig acknowledges nothing";
   const Json armed = client.call("arm");
   EXPECT_EQ(armed.at("acknowledged"), reason);
   EXPECT_EQ(armed.at("acknowledged_run"), over.at("run"));
+  EXPECT_EQ(client.call("status").at("faulted_run"), nullptr);
   const Json again = client.call("arm");
   EXPECT_FALSE(again.contains("acknowledged") || again.contains("acknowledged_run")) << "armed already";
   const std::int64_t other = submit(client, experiment_text("other"));

@@ -129,6 +129,26 @@ TEST(Comparison, SaysWhetherTheFirstModelHoldsOnTheSecondRecord) {
   EXPECT_GT(changed.runs[1].first_model_error, 2.0 * changed.runs[1].left_over.after);
 }
 
+TEST(Comparison, TellsASensorThatSlippedFromAnotherPlant) {
+  const Source here = source_of(seeded(1));
+  Source slipped = source_of(seeded(2));
+  slipped.record.output.tail(slipped.record.output.size() / 2).array() += 0.3;
+  for (const bool is_first : {false, true}) {
+    const auto pair = is_first ? std::vector{slipped, here} : std::vector{here, slipped};
+    const ComparedRun run = compare_runs(pair).runs[1];
+    ASSERT_TRUE(run.sudden) << is_first;
+    EXPECT_EQ(run.sudden->is_first, is_first);
+    EXPECT_NEAR(run.sudden->jump.time_s, 20.0, 0.3);
+    EXPECT_GT(run.sudden->jump.change, 0.1) << "what the fit to the record with the jump leaves of it";
+    EXPECT_LT(run.sudden->jump.change, 0.35);
+    EXPECT_LT(run.sudden->cut.to_s, 20.0);
+    EXPECT_GT(run.sudden->cut.from_s, 20.0);
+  }
+  hal::SimOptions other = seeded(2);
+  other.valve_dead_band_V = 0.25;
+  EXPECT_FALSE(compare_runs({here, source_of(other)}).runs[1].sudden) << "another valve makes no jump";
+}
+
 TEST(Comparison, ClaimsNothingByAModelWithAGainOfTheOtherSignOrAMapThatIsOneWay) {
   const Source here = source_of(seeded(1));
   const ident::Model one = compare_runs({here, here}).runs[0].fit.model;

@@ -124,6 +124,17 @@ TEST(LoneRows, AreNoneOfAPlantThatAnswersSteps) {
   EXPECT_TRUE(lone_rows(step, answer).empty()) << "one step";
 }
 
+TEST(LoneRows, AreNoneInTheNoiseBeforeASensorFroze) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  Rod r = rod();
+  for (double& y : r.output) y += noise(random);
+  for (std::size_t k = kRodRows / 3; k < kRodRows; ++k) r.output[k] = r.output[kRodRows / 3];
+  EXPECT_TRUE(lone_rows(r.input, r.output).empty());
+  r.output[700] = 0.0;
+  EXPECT_EQ(lone_rows(r.input, r.output), std::vector<std::size_t>{700});
+}
+
 TEST(LoneRows, AreFoundBesideStepsThatDoNotMoveTheRodSoFar) {
   const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
   Rod r = stepped(levels, 0.9, 0.0, 0.0);

@@ -78,7 +78,7 @@ TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
             std::string::npos);
   run.rig.limits.following.reset();
   text = sheet_text(run, DisplayUnit("in"));
-  EXPECT_EQ(text.find("rig file"), std::string::npos) << text;
+  EXPECT_EQ(text.find("in the rig file"), std::string::npos) << text;
   EXPECT_EQ(sheet_page(run, DisplayUnit("in"), missing).find("by [following] as used"), std::string::npos);
 }
 

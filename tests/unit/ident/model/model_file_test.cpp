@@ -40,7 +40,8 @@ Model full_model() {
       "converged",
       true,
       0.04,
-      ResidualNoise{1e-4, 7.5e-5, {0.5}, {1.0, 0.5}, true}};
+      ResidualNoise{1e-4, 7.5e-5, {0.5}, {1.0, 0.5}, true},
+      std::pair(-1.5, 2.0)};
   model.structure = StructureOptions{.name = "fo", .structure = structures::fo()};
   ValidationReport validation;
   validation.score = {99.1, 2e-4, 90.5, -0.03, 0.04, 500};
@@ -136,6 +137,7 @@ TEST(ModelFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read.validation->map_error, 0.015);
   EXPECT_EQ(read.validation->end_stop->other->from_s, 30.5);
   EXPECT_EQ(read.estimation->compared_step_s, 0.04);
+  EXPECT_EQ(read.estimation->input_range, std::pair(-1.5, 2.0));
   EXPECT_EQ(read.estimation->noise->coefficients, std::vector<double>{0.5});
   EXPECT_TRUE(read.estimation->noise->with_parameters);
 }
@@ -395,6 +397,7 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"/structure/denominator/1/order/lower", "4",
               "structure.denominator[1].order: expected lower at most upper, got an object"},
         Fault{"/estimation/compared_step_s", "0", "estimation.compared_step_s: expected more than 0, got 0"},
+        Fault{"/estimation/input_range", "[2, 1]", "estimation.input_range: expected two rising values, got an array"},
         Fault{"/estimation/noise/coefficients", "[]",
               "estimation.noise: expected one autocorrelation more than coefficients, got 2 and 0"},
         Fault{"/verdict/reasons/0", "7", "verdict.reasons[0]: expected a string, got 7"},

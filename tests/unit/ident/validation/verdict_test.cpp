@@ -495,6 +495,13 @@ TEST(Verdict, IsNotGoodWhereTheErrorJumps) {
   EXPECT_EQ(jump.limit, 0.5);
   ASSERT_EQ(verdict.reasons.size(), 1U);
   EXPECT_NE(verdict.reasons[0].find("cut with --to 129.9 or --from 130.06."), std::string::npos) << verdict.reasons[0];
+  model.validation->jump->estimating = true;
+  const Verdict wrong = judge(model, {});
+  EXPECT_EQ(wrong.grade, Grade::rejected) << "the parameters are wrong by it";
+  EXPECT_EQ(wrong.reasons, verdict.reasons) << "the jump is the reason";
+  const double spread = std::sqrt(model.validation->score.mse / (1.0 - 0.01 * model.validation->score.r2_percent));
+  model.validation->jump->change = -0.09 * spread;
+  EXPECT_EQ(judge(model, {}).grade, Grade::usable) << "little of the output's motion";
 }
 
 TEST(Verdict, AdvisesInWholeSentencesBesideALadder) {
