@@ -93,9 +93,16 @@ std::string_view line_at(std::string_view text, const Position& at) {
 /// Returns the correction for a decimal comma ("20,0" for "20.0"); empty elsewhere. @param at  where the parser stopped
 std::string decimal_comma(std::string_view text, const Position& at) {
   text = line_at(text, at);
-  const std::size_t comma = at.column - 1;
+  std::size_t comma = at.column - 1;
   const auto is_digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
-  if (at.column < 2 || comma >= text.size() || text[comma] != ',' || !is_digit(comma - 1) || !is_digit(comma + 1)) {
+  // Within braces the parser stops behind the digits, which it takes for a key.
+  if (at.column >= 2 && comma < text.size() && text[comma] != '=') {
+    std::size_t digits = comma;
+    while (digits > 0 && is_digit(digits - 1)) --digits;
+    if (digits < comma && digits > 0 && text[digits - 1] == ',') comma = digits - 1;
+  }
+  if (comma < 1 || at.column < 2 || comma >= text.size() || text[comma] != ',' || !is_digit(comma - 1) ||
+      !is_digit(comma + 1)) {
     return {};
   }
   std::size_t begin = comma;

@@ -21,19 +21,22 @@ namespace eha {
   return result;
 }
 
-/// Number of single-character insertions, deletions and substitutions between two texts (Levenshtein).
-/// Cost O(|a| |b|).
+/// Number of single-character insertions, deletions and substitutions, and of neighbours that are exchanged, between
+/// two texts (optimal string alignment). Cost O(|a| |b|).
 [[nodiscard]] inline std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
+  std::vector<std::size_t> above(row);
   for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
+    const std::vector<std::size_t> last = row;
     row[0] = i + 1;
     for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t substituted = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, substituted});
+      const std::size_t substituted = last[j] + (a[i] == b[j] ? 0 : 1);
+      row[j + 1] = std::min({row[j] + 1, last[j + 1] + 1, substituted});
+      const bool are_exchanged = i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j];
+      if (are_exchanged) row[j + 1] = std::min(row[j + 1], above[j - 1] + 1);
     }
+    above = last;
   }
   return row[b.size()];
 }

@@ -207,6 +207,12 @@ void refuse_ends_of_lines(int argc, const char* const* argv) {
 
 ParsedLine parse_command_line(int argc, const char* const* argv) {
   refuse_ends_of_lines(argc, argv);
+  if (argc >= 2 && std::string_view(argv[1]) == "help") {  // as of other programs: `eha help fit`
+    std::vector<const char*> words{argv[0]};
+    words.insert(words.end(), argv + 2, argv + argc);
+    words.push_back("--help");
+    return parse_command_line(static_cast<int>(words.size()), words.data());
+  }
   ParsedLine line;
   line.as_given = for_a_shell(argc, argv);
   // The arguments after -- of a batch are those of `eha fit`.

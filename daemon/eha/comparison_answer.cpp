@@ -218,6 +218,7 @@ identify::RunComparison converted(identify::RunComparison comparison, const Disp
 
 identify::ScoredModel converted(identify::ScoredModel scored, const DisplayUnit& unit, const std::string& output_unit) {
   const double factor = unit.factor(output_unit);
+  if (scored.validation.jump) scored.validation.jump->change *= factor;
   for (ident::Score* score :
        {&scored.validation.score,
         scored.validation.offset_reestimated ? &*scored.validation.offset_reestimated : nullptr}) {
@@ -435,6 +436,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   std::string sentences;
   const std::vector<std::string> titles = report::titles_of(files);
   std::vector<std::string> rejected;
+  std::string jumps;  ///< of the last model whose error does
   for (std::size_t i = 0; i < models.size(); ++i) {
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
@@ -475,6 +477,14 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                {"plant", plant_of(one)},
                {"grade", grade == kNoGrade ? Json(nullptr) : Json(grade)}};
     if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
+    if (const auto& jump = one.validation.jump) {
+      entry["error_jump"] = {{"time_s", jump->time_s}, {"change", jump->change}};
+      jumps = fmt::format(
+          "the error of {} jumps by {:.3g}{} at about {} s: the sensor slipped or froze there, the load changed or "
+          "rows "
+          "are missing; `eha validate` names the cut",
+          titles[i], jump->change, ident::after_number(models[i].output_unit), time_text(jump->time_s));
+    }
     if (one.change) entry["change"] = change_json(*one.change, models[i]);
     entries.push_back(std::move(entry));
     if (!one.cannot_tell.empty()) {
@@ -512,7 +522,11 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   } else if (!rejected.empty()) {
     out.findings.heading += ", but it is rejected";
   }
-  out.findings.is_alike = of_another == 0 && unknown == 0 && rejected.empty();
+  if (!jumps.empty()) {
+    out.findings.heading += "; but " + jumps;
+    out.findings.sentences.push_back(capitalised(jumps) + ".");
+  }
+  out.findings.is_alike = of_another == 0 && unknown == 0 && rejected.empty() && jumps.empty();
   out.findings.is_one_plant = of_another == 0 && unknown == 0;
   out.findings.sentences.emplace_back(
       "Scored on the whole record with the offset estimated again; the figures of a fit are of the part that did not "

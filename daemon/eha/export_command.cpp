@@ -12,6 +12,7 @@
 
 #include "config/controller_config.hpp"
 #include "config/rig_config.hpp"
+#include "core/capitalised.hpp"
 #include "core/code_text.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
@@ -24,6 +25,7 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/record/record_export.hpp"
 #include "daemon/record/run_folder.hpp"
@@ -127,6 +129,17 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
     throw ConfigError(fmt::format("{}: {}", command.source, error.what()));
   }
   exported.origin.push_back(file_line(command.source));
+  const bool is_straight = identify::intersample_of(model) == ident::Intersample::straight;
+  if (is_straight) {
+    constexpr std::string_view kHeld =
+        "its input was straight between the rows that estimated it, and the export holds it: step it far finer than "
+        "those rows";
+    exported.origin.push_back(capitalised(std::string(kHeld)) + ".");
+    console.warning(fmt::format(
+        "{}: {}, with the inputs between them, or it errs more than the model; `eha simulate` takes the input as "
+        "straight",
+        command.source, kHeld));
+  }
   if (!exported.rejected_for.empty()) {
     console.warning(
         fmt::format("{}: the model is {}: {}", command.source, exported.verdict, exported.rejected_for.front()));

@@ -330,6 +330,7 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
       (purpose == record::Purpose::placing || purpose == record::Purpose::valve_sheet)) {
     return {warn_of_unused_sheet(command.run, console).value_or(after_trip()), "eha plot " + run};
   }
+  if (purpose == record::Purpose::tracking && !is_whole) return {"eha track " + run};  // says what the trial shows
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
   if (fit && next.front() != *fit && !is_whole) next.push_back(*fit);

@@ -25,6 +25,7 @@
 #include "ident/model/record_start.hpp"
 #include "ident/signal/intersample.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
@@ -89,7 +90,7 @@ ident::Model begun(const ident::Model& model, const SimulateCommand& command, do
 /// Warns of a model that its fit rejected, and of an input that is greater than what estimated the model.
 void warn_of_doubtful(const ident::Model& model, const SimulateCommand& command, const Eigen::VectorXd& input,
                       const Console& console) {
-  if (model.verdict && !model.verdict->accepted) {
+  if (model.verdict && ident::verdict_word(*model.verdict) == ident::text(ident::Grade::rejected)) {
     console.warning(
         fmt::format("{}: {} is rejected by the fit that made it, so that its output says little of the "
                     "plant; `eha report {}` says why",

@@ -142,6 +142,14 @@ std::string effect_beside(const ident::Model& model, const ident::ValidationRepo
   return is_named ? std::string() : ident::effect_of(model);
 }
 
+constexpr double kClearlyLess = 0.7;  // of the error
+
+/// Whether a model errs more on a record than on the unseen data of its own, or that is not known.
+bool errs_more_than_at_home(const ident::Model& model, const identify::ScoredModel& scored) {
+  constexpr double kMore = 1.3;
+  return !model.validation || !(scored.rms_error <= kMore * std::sqrt(model.validation->score.mse));
+}
+
 ExitCode execute(const ValidateCommand& command, Console& console) {
   ident::Model model = read_model(command.model_file);
   identify::Source source =
@@ -151,15 +159,19 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   rig.fit = "eha fit " + shell_word(command.source) + importer::words_of_reading(command.import.command);
   console.set_rig(std::move(rig));
   const bool is_asked = command.record.intersample == ident::Intersample::straight;
+  std::optional<identify::Source> other_way;  ///< the input between the rows as the model's was not
+  if (!command.record.intersample && !source.run_folder) other_way = source;
   if (is_asked || (!source.run_folder &&
                    intersample_for(command.record.intersample, model, console) == ident::Intersample::straight)) {
     identify::take_input_as_straight(source);
+  } else if (other_way) {
+    identify::take_input_as_straight(*other_way);
   }
   print_import(source.guess, source.remarks, source.repairs, console);
   warn_of_own_record(command.model_file, source, console);
   model = identify::in_units_of(source, std::move(model), command.model_file);
-  ident::FitOptions options = source.experiment ? source.experiment->fit : ident::FitOptions{};
-  options = with(options, command.record, identify::parts_of_a_row(source));
+  const ident::FitOptions of_experiment = source.experiment ? source.experiment->fit : ident::FitOptions{};
+  ident::FitOptions options = with(of_experiment, command.record, identify::parts_of_a_row(source));
   const int decimation = options.decimation / identify::parts_of_a_row(source);  // of the record's own rows
   const auto with_decimation = [&](int every) {
     return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
@@ -170,6 +182,21 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   identify::ScoredModel scored_here;
   try {
     scored_here = identify::score_model(model, source, options, console.progress_callback());
+    if (other_way && errs_more_than_at_home(model, scored_here)) {
+      const ident::FitOptions others = with(of_experiment, command.record, identify::parts_of_a_row(*other_way));
+      identify::ScoredModel scored = identify::score_model(model, *other_way, others, console.progress_callback());
+      if (scored.rms_error < kClearlyLess * scored_here.rms_error) {
+        const bool is_held = identify::parts_of_a_row(*other_way) == 1;
+        console.info(fmt::format(
+            "{} errs {} times as much where the input of {} is {} between its rows, and so it is taken here "
+            "(--intersample {}: as {})",
+            model.name, ident::figure_text(scored.rms_error / scored_here.rms_error), command.source,
+            is_held ? "held" : "straight", is_held ? "foh" : "zoh", is_held ? "straight" : "held"));
+        scored_here = std::move(scored);
+        source = std::move(*other_way);
+        options = others;
+      }
+    }
     console.end_progress();
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", command.model_file, error.what()));

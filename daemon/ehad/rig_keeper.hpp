@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -130,6 +131,8 @@ class RigKeeper {
               throw;
             }
           }();
+          // Until rod_is_at() a simulated rod would be seen where it was before the placing.
+          if (finished.only_placed && std::isfinite(finished.displacement_in)) replica_.reset();
           // Nobody compared the rod's readings while the files were written.
           rest_ = {finished.ended, finished.displacement_in, finished.velocity_in_per_s};
           off_since_ = finished.ended;

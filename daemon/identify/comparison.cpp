@@ -38,6 +38,9 @@ constexpr double kFarError = 3.0;  // times the usual error: beyond what such a 
 
 constexpr double kMostHidden_percent = 10.0;  // of the output's variance, left over beside plain noise
 
+// Of what is left over, from which on nothing is certified where the inputs differ, too.
+constexpr double kFarOtherLeftOver = 2.0;
+
 constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
 
 /// Why a straight model of a record says nothing about one of another length; empty where both are long enough.
@@ -556,7 +559,16 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
         comparison.runs[i].cannot_tell = level_differs + "; compare two runs about one place";
       }
     }
-    if (structure.structure.input_map.valve) continue;
+    const LeftOver& left = comparison.runs[i].left_over;
+    const double ratio = left.before > 0.0 ? left.after / left.before : 1.0;
+    const bool leaves_far_other = std::max(ratio, 1.0 / ratio) > kFarOtherLeftOver;
+    if (comparison.runs[i].cannot_tell.empty() && leaves_far_other && comparison.runs[i].has_other_input) {
+      comparison.runs[i].cannot_tell = fmt::format(
+          "what the model leaves over is {:.2g} times as much on {} as on {}: another input may make that, and a "
+          "sensor that drifts, slips or freezes does",
+          std::max(ratio, 1.0 / ratio), sources[ratio > 1.0 ? i : 0].name, sources[ratio > 1.0 ? 0 : i].name);
+    }
+    if (structure.structure.input_map.valve || !comparison.runs[i].cannot_tell.empty()) continue;
     const double before_s = ident::compared_s(comparison.runs.front().fit.model);
     const double after_s = ident::compared_s(comparison.runs[i].fit.model);
     const bool is_after_shorter = after_s < before_s;

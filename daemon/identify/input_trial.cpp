@@ -74,6 +74,7 @@ bool misses_something(const ident::Model& model) {
 struct Refit {
   double error = 0.0;
   std::string name = {};
+  ident::Model model = {};
 };
 
 std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& bases, const ident::Record& record,
@@ -90,7 +91,7 @@ std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& b
       const ident::Model model =
           ident::fit(prepared, base->structure, options, thread_executor(), {base->result.model}).model;
       if (!model.estimation) continue;
-      if (!best || rms_error_of(model) < best->error) best = Refit{rms_error_of(model), base->structure.name};
+      if (!best || rms_error_of(model) < best->error) best = Refit{rms_error_of(model), base->structure.name, model};
     } catch (const DataError&) {
       continue;  // this structure cannot be fitted to it
     }
@@ -160,9 +161,12 @@ std::optional<WrongInput> of_late_input(const Source& source, const Identificati
   }
   if (best_rows == 2) take(3);
   if (!best || !(best->error <= kLessByShift * least)) return std::nullopt;
+  const double row_s = record.step_s * static_cast<double>(parts);
+  // A plant whose dead time behind the shifted input is longer than the shift answers after the given one, too: a fit
+  // that a drift of the sensor led astray was led back by chance.
+  if (best->model.transfer_function.delay_s >= row_s * static_cast<double>(best_rows + 1)) return std::nullopt;
   // Rows that are too slow for the plant look like a column that is one row late.
   if (best_rows == 1 && !task.slow_rows.empty()) return std::nullopt;
-  const double row_s = record.step_s * static_cast<double>(parts);
   return WrongInput{
       fmt::format("The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
                   "input of as many rows later {} errs {} times as much, and no plant answers before its input. If the "

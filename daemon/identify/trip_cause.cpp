@@ -97,6 +97,12 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
                     .offset_V = drift->offset_V,
                     .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt,
                     .is_other_valve = rehearsal && rehearsal->chance_of_trip < kHardlyTrips};
+    const config::Played* played = experiment.config.played();
+    if (!cause.is_other_valve && played != nullptr && !played->start) {
+      const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
+      const std::optional<Rehearsal> from_middle = rehearse(experiment, rig, middle_in);
+      cause.is_clear_from_middle = from_middle && from_middle->chance_of_trip < kHardlyTrips;
+    }
     // One number for one drift.
     if (cause.offset_V && cause.rehearsed_V && std::abs(*cause.rehearsed_V - *cause.offset_V) <= kSameOffset_V) {
       cause.offset_V = cause.rehearsed_V;
@@ -127,6 +133,9 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
         "leaks, its supply or load has changed, or the sensor drifts: {}",
         text, stops, remedy_of(cause));
   }
+  if (cause.is_clear_from_middle) {
+    return fmt::format("{} near which it began: {}", text, remedy_of(cause));
+  }
   if (!cause.offset_V) return text + ", and no offset_V within the command limits stops that: " + remedy_of(cause);
   text += fmt::format("; offset_V = {:.3f} stops that", *cause.offset_V);
   if (cause.rehearsed_V && *cause.rehearsed_V != *cause.offset_V) {
@@ -148,6 +157,10 @@ std::string remedy_of(const TripCause& cause) {
            "offset_V that stops a drift";
   }
   if (cause.is_other_valve) return "`eha characterise` measures the valve of today, and shows a leak";
+  if (cause.is_clear_from_middle) {
+    return "begin at mid-travel, from where the rehearsed rods stay clear of the limits: `eha goto` before the run, or "
+           "[start] in the experiment file";
+  }
   if (cause.offset_V) {
     return fmt::format("set offset_V = {:.3f} in [excitation] of the experiment file, or add [hold]", *cause.offset_V);
   }

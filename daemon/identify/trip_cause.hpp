@@ -17,7 +17,8 @@ struct TripCause {
   std::optional<double> offset_V = {};     ///< that stops the drift; none within the command limits
   std::optional<double> rehearsed_V = {};  ///< the same by [following] alone, as the rehearsal has it
   bool is_other_valve = false;             ///< rods with the valve of [following] stay clear of the limits
-  bool is_unmeasured = false;              ///< the rig file has no [following], so that no rehearsal showed the way
+  bool is_clear_from_middle = false;  ///< they stay clear of the limits from mid-travel, and the run began elsewhere
+  bool is_unmeasured = false;         ///< the rig file has no [following], so that no rehearsal showed the way
 };
 
 /// @returns none for another fault, and a run whose excitation is too large

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -79,6 +80,15 @@ Reading read_as(const std::vector<std::string>& texts, char delimiter, char deci
 std::string first_text(const std::vector<std::string>& lines) {
   const auto first = std::find_if_not(lines.begin(), lines.end(), is_comment);
   return first == lines.end() ? "" : readable(*first, kLongestShown);
+}
+
+/// Whether a text begins as a page of the web does.
+bool is_web_page(std::string_view first) {
+  constexpr std::size_t kLongestBegin = 14;
+  std::string begin(first.substr(0, kLongestBegin));
+  std::transform(begin.begin(), begin.end(), begin.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return begin.starts_with("<html") || begin.starts_with("<!doctype html");
 }
 
 /// A comment just above the data that has as many words as the data has columns, as numpy.savetxt writes its header.
@@ -415,6 +425,12 @@ Dialect guess_dialect(const std::vector<std::string>& all_lines, const Options& 
     layout = std::move(tried);
   }
   if (!layout) {
+    if (is_web_page(first_text(lines))) {
+      throw DataError(fmt::format(
+          "{}: is a web page: what was fetched is a page about the file, or one that asks to log in; fetch the file "
+          "itself",
+          path));
+    }
     throw DataError(fmt::format(
         "{}: no rows of numbers found; the first line is \"{}\". Expected columns of numbers, such as time_s,voltage_V,"
         "displacement_in and below it 0,0.5,2.951",

@@ -46,12 +46,23 @@ struct Pace {
   [[nodiscard]] bool is_regular() const { return unevenness <= kOnGrid; }
 };
 
-/// Numbers of a spreadsheet's dates, or MATLAB's.
+/// Times of day of a spreadsheet, parts of a day: as seconds the rows would follow by a hundred thousand a second, and
+/// begin late.
+bool are_parts_of_a_day(const std::vector<double>& sample) {
+  constexpr double kEarliest = 0.01;
+  constexpr double kLongestStep = 1e-5;
+  const double span = sample.back() - sample.front();
+  return sample.front() > kEarliest && sample.back() < 1.0 && span > 0.0 && span < sample.front() &&
+         span <= kLongestStep * static_cast<double>(sample.size() - 1);
+}
+
+/// Numbers of a spreadsheet's dates, or MATLAB's, or times of day.
 bool are_days(const Column& column) {
   const auto is_date = [](double x) { return (x > 20'000.0 && x < 80'000.0) || (x > 700'000.0 && x < 800'000.0); };
   const std::vector<double>& sample = column.sample;
-  return !column.is_clock && column.unit.empty() && sample.size() > 1 && is_date(sample.front()) &&
-         is_date(sample.back()) &&
+  if (column.is_clock || !column.unit.empty() || sample.size() < 2) return false;
+  if (are_parts_of_a_day(sample)) return true;
+  return is_date(sample.front()) && is_date(sample.back()) &&
          std::any_of(sample.begin(), sample.end(), [](double x) { return std::abs(x - std::round(x)) > 0.0; });
 }
 

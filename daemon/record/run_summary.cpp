@@ -30,7 +30,8 @@ RunSummary summary_of(const std::string& folder, const Manifest& manifest) {
   if (const Json fault = fault_of(manifest); !fault.is_null()) summary.fault = fault.at("cause");
   const auto tick_s = manifest.other.find("sample_period_s");
   if (tick_s == manifest.other.end() || !tick_s->is_number()) return summary;
-  const auto ticks = manifest.report     ? manifest.report->counters.ticks
+  // A skipped tick took its time as well.
+  const auto ticks = manifest.report     ? manifest.report->counters.ticks + manifest.report->counters.skipped
                      : manifest.recovery ? manifest.recovery->rows
                                          : 0;
   summary.recorded_s = static_cast<double>(ticks) * tick_s->get<double>();

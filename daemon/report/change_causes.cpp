@@ -36,10 +36,11 @@ constexpr std::string_view kFrictionFirst =
     "amplifier)";
 
 constexpr std::string_view kScaleOrSupply =
-    "the output is greater or smaller by one factor and nothing else is shown to have changed, as with another scale "
+    "the output is greater or smaller by one factor and no other parameter is shown to have changed, as with another "
+    "scale "
     "of the sensor (its "
-    "calibration, amplifier or unit: hold a known distance against a ruler) or another supply pressure; else the load, "
-    "the valve or a leak";
+    "calibration, amplifier or unit: hold a known distance against a ruler) or another supply pressure; else dry "
+    "friction, the load, the valve or a leak";
 
 /// Whether the gains alone changed, all by one factor: as a sensor of another scale multiplies the output. A gain that
 /// is not shown to have changed has to allow that factor, too.
@@ -65,7 +66,8 @@ constexpr std::array kCommonCauses{
         "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
         "with which `eha characterise` finds a drift inside the dead band",
         is_of_valve},
-    CommonCause{"commonly the supply pressure, the load or the sensor's scale, else the valve or a leak", is_gain},
+    CommonCause{"commonly the supply pressure, dry friction, the load or the sensor's scale, else the valve or a leak",
+                is_gain},
     CommonCause{"commonly the load, as another moving mass changes time constant and natural frequency, the oil (its "
                 "temperature, or air in it), or a slow or sticking spool of the valve",
                 is_of_dynamics}};

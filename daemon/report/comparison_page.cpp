@@ -207,13 +207,22 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
     ++style;
   }
   if (style == 1) return {};
+  plot::Panel of_first{.x_label = "time [s]", .y_label = axis_label({"error of the first model", unit})};
+  style = 1;
   for (const ComparedSubject& subject : subjects) {
     const ident::OutputOfModel& other = subject.of_first_model;
-    if (other.time_s.size() == 0) continue;
-    error.series.push_back(curve_of(other.time_s, other.measured - other.simulated,
-                                    fmt::format("model of {} on {}", subjects.front().label, subject.label), style++));
+    if (other.time_s.size() > 0) {
+      of_first.series.push_back(curve_of(other.time_s, other.measured - other.simulated, "", style));
+    }
+    ++style;
   }
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(output), std::move(error)}};
+  if (!of_first.series.empty()) {
+    item.figure->panels[1].x_label = "";
+    item.figure->panels.push_back(std::move(of_first));
+    item.remark.seen +=
+        fmt::format("Below: the model of {} on each other record, in that record's line.", subjects.front().label);
+  }
   item.remark.good =
       "Errors of equal size: the models describe their records equally well, and the first one the others', too.";
   item.remark.to_do =

@@ -132,6 +132,10 @@ std::string to_do_of(const ComparedSubject& subject) {
       return "Record both with one experiment whose volts do not depend on the rod, so without [hold] and "
              "[characterise], and compare again; of two valve sheets `eha compare` compares the sheets.";
     case Finding::cannot_tell:
+      if (subject.left_over.changed) {
+        return "Look at the error over time (-o FILE.html draws it) for a sensor that drifts, slips or freezes; then "
+               "record both with one experiment, of one length and about one place, and compare again.";
+      }
       return "Record both with one experiment, of one length and about one place, and compare again.";
     case Finding::changed:
       return advice_on({&*subject.change}, subject.map_cause, kUntilKnown);

@@ -3,7 +3,9 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 
+#include "daemon/record/sha256.hpp"
 #include "daemon/report/html.hpp"
 #include "daemon/report/section.hpp"
 
@@ -99,6 +101,11 @@ std::string facts_table(const Subject& subject) {
   add("run", subject.name);
   add("experiment", value_of(subject.part("experiment", "name")));
   add("rig", value_of(subject.part("rig", "name")));
+  add("rig file", value_of(subject.part("rig", "file")));
+  if (const Json& text = subject.part("rig", "text"); text.is_string()) {
+    const std::string& content = text.get_ref<const std::string&>();
+    add("rig file, SHA-256", record::sha256_of(std::as_bytes(std::span(content))));
+  }
   add("outcome", value_of(subject.part("outcome")));
   add("started (UTC)", value_of(subject.part("utc_start")));
   add("ended (UTC)", value_of(subject.part("utc_end")));

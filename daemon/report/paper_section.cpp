@@ -145,7 +145,10 @@ Remark on_output(const Subject& subject, const std::string& name) {
                     "Use it to compare with the paper, and the models above for everything else: this procedure "
                     "estimates neither bias nor initial state, and holds the input between kept samples."};
   if (at != subject.paper.end() && at->stability && !at->stability->stable) {
-    remark.seen += "It is unstable; each half starts from rest again, so the output has no time to diverge.";
+    remark.seen +=
+        "It is unstable: a finer simulation of it grows. Only the coarse differences of the paper's procedure, from "
+        "one "
+        "kept sample to the next, and the new start of each half keep this output finite.";
   }
   return remark;
 }

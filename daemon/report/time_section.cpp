@@ -204,7 +204,7 @@ Item of_record(const Subject& subject) {
           ? capitalised(has_tripped(subject) ? first_after_trial(subject) : "play it again with `eha track`") + "."
       : outcome.is_string() && record::is_whole(outcome.get<std::string>())
           ? fmt::format("Fit it: `eha fit {}`.", folder_word(subject))
-      : has_tripped(subject) ? capitalised(against_end(subject) + " and record again") + "."
+      : has_tripped(subject) ? capitalised(against_end(subject) + "; then record again") + "."
                              : "Record again, to the end.";
   return item;
 }

@@ -69,22 +69,19 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
       fmt::format("At least {:.0f} % of the samples on either side, and narrow intervals of null and dead band.",
                   kRareSide_percent);
   const std::optional<double> shift = ident::noted_shift(model);
+  const bool misses = model.verdict && may_miss_a_part(*model.verdict);
   if (rarer_percent < kRareSide_percent) {
     remark.to_do = "The input was rarely on one side of the dead band: record with an offset_V near the null.";
-  } else if (shift) {
-    remark.to_do =
-        "Compensate nothing by these numbers: for a controller take null and dead band of the valve sheet (eha "
-        "characterise), or of [following] in the rig file where it is from a sheet; eha tune takes them with its "
-        "option --sheet.";
+  } else if (shift || misses) {
+    remark.to_do = fmt::format(
+        "Compensate nothing by these numbers{}: for a controller take null and dead band of the valve sheet (`eha "
+        "characterise`), or of [following] in the rig file where it is from a sheet; eha tune takes them with its "
+        "option --sheet.",
+        shift ? "" : ", which what the model may miss, as friction or a leak, shifts by more than their intervals say");
   } else {
     remark.to_do =
         fmt::format("A controller can compensate it: add {} {} to a positive and {} {} to a negative command.",
                     rounded(high, Role::dead_band), unit, rounded(low, Role::dead_band), unit);
-  }
-  if (!shift && model.verdict && may_miss_a_part(*model.verdict)) {
-    remark.to_do +=
-        " What the model may miss, such as friction, shifts null and dead band by more than their intervals say: for a "
-        "controller take those of the valve sheet (`eha characterise`); eha tune takes them with its option --sheet.";
   }
   if (const std::string note = ident::map_note(model, subject.sheet_says); !note.empty())
     remark.seen += " " + capitalised(note) + ".";

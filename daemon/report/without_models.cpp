@@ -100,7 +100,7 @@ std::string without_models(const Subject& subject) {
     return box("none", "No model in this run", html);
   }
   const std::string again =
-      outcome == "interrupted" ? "record again, to the end" : against_end(subject) + " and record again";
+      outcome == "interrupted" ? "record again, to the end" : against_end(subject) + "; then record again";
   html += paragraph(
       !subject.record || subject.record->output.size() == 0
           ? "The run ended before its first row: there is nothing to fit or to draw. Correct what ended it and record "

@@ -57,8 +57,9 @@ report::Item flow_curve(const RunSheet& run, const DisplayUnit& unit) {
   item.figure = plot::Figure{.title = item.heading, .panels = {std::move(panel)}};
   const bool drifts = sheet.creep_in_per_s && std::abs(creep) > sheet.creep_in_per_s->half_width;
   item.remark.seen =
-      drifts ? fmt::format("From {:.3f} to {:.3f} V the rod hardly moves: at {:.2g} {}/s, too slowly for a leak.",
-                           lower_V, upper_V, factor * creep, unit.of("in"))
+      drifts ? fmt::format(
+                   "From {:.3f} to {:.3f} V the rod hardly moves: at {:.2g} {}/s, too slowly for a leak to repair.",
+                   lower_V, upper_V, factor * creep, unit.of("in"))
              : fmt::format("The rod stands from {:.3f} to {:.3f} V.", lower_V, upper_V);
   item.remark.good = "Points on the line on both sides, except just after a reversal, while the pressures settle.";
   if (const auto leak = ident::leak_of(sheet)) {

@@ -143,12 +143,16 @@ Json usable_band(const std::vector<ident::LineResponse>& lines) {
 }
 
 /// One sentence.
-std::string what_is_unknown(const PeriodPlan& plan, const LiveResponse& response, std::size_t rows) {
+std::string what_is_unknown(const PeriodPlan& plan, const LiveResponse& response, std::size_t rows, bool is_over) {
   if (!response.refusal.empty()) return response.refusal;
   const double period_s = static_cast<double>(plan.period) * plan.step_s;
   if (response.lines.empty()) {
     const std::size_t needed = plan.discard + 2 * plan.period;
     const double missing_s = static_cast<double>(needed > rows ? needed - rows : 0) * plan.step_s;
+    if (is_over) {
+      return fmt::format("nothing is known: the run ended before two periods of {:.4g} s after the discarded {:.4g} s",
+                         period_s, static_cast<double>(plan.discard) * plan.step_s);
+    }
     return fmt::format(
         "nothing is known yet: the measurement needs two periods of {:.4g} s after the discarded {:.4g} s; {:.0f} s "
         "more",
@@ -165,6 +169,7 @@ std::string what_is_unknown(const PeriodPlan& plan, const LiveResponse& response
   constexpr std::size_t kMostNamed = 5;
   const std::string more = unknown.size() > kMostNamed ? fmt::format(" and {} more", unknown.size() - kMostNamed) : "";
   unknown.resize(std::min(unknown.size(), kMostNamed));
+  if (is_over) return fmt::format("not known within 1 dB (95 %): {} Hz{}", fmt::join(unknown, ", "), more);
   // The standard error falls with the root of the periods.
   const auto measured = static_cast<double>(response.periods);
   const double missing = std::ceil(measured * (std::pow(worst_dB / kKnownStd_dB, 2) - 1.0));
@@ -183,6 +188,7 @@ PeriodPlan plan_periods(const record::RunHeader& header, const std::string& sour
   plan.discard = ident::discarded_rows(header.discard_s, header.sample_period_s);
   plan.valve = valve_of(header.rig_text, source);
   const config::Played* played = experiment.played();
+  plan.is_fitted = played != nullptr;
   if (played == nullptr) return plan;
   const identify::ExcitedPeriod excited =
       identify::excited_period(played->excitation, header.sample_period_s, plan.rows, header.samples_per_repetition);
@@ -200,7 +206,9 @@ PeriodPlan plan_periods(const record::RunHeader& header, const std::string& sour
 LiveResponse measure_live_response(const std::filesystem::path& journal, const PeriodPlan& plan) {
   LiveResponse result;
   if (plan.period == 0) {
-    result.refusal = "the experiment has no two equal periods, so its response is known when models are fitted";
+    result.refusal = plan.is_fitted
+                         ? "the experiment has no two equal periods, so its response is known when models are fitted"
+                         : "no frequency response is measured in a move, a valve sheet or a trial";
     return result;
   }
   if (plan.rows / plan.thinning > kMostRows) {
@@ -247,7 +255,8 @@ LiveResponse measure_live_response(const std::filesystem::path& journal, const P
   return result;
 }
 
-std::string describe(const std::string& run, const PeriodPlan& plan, const LiveResponse& response, std::size_t rows) {
+std::string describe(const std::string& run, const PeriodPlan& plan, const LiveResponse& response, std::size_t rows,
+                     bool is_over) {
   Json lines = Json::array();
   double last_deg = 0.0;
   for (const ident::LineResponse& line : response.lines) {
@@ -275,7 +284,7 @@ std::string describe(const std::string& run, const PeriodPlan& plan, const LiveR
                     {"rows_total", plan.rows},
                     {"lines", std::move(lines)},
                     {"usable_band_Hz", usable_band(response.lines)},
-                    {"unknown", what_is_unknown(plan, response, std::max(rows, response.rows))}};
+                    {"unknown", what_is_unknown(plan, response, std::max(rows, response.rows), is_over)}};
   return answer.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -18,6 +18,7 @@ namespace eha::web {
 /// The periods of an experiment and its frequencies.
 struct PeriodPlan {
   std::size_t period = 0;        ///< rows; 0: the experiment is not periodic
+  bool is_fitted = true;         ///< models are fitted to the run: no move, valve sheet or trial
   std::vector<double> lines_Hz;  ///< excited frequencies; empty: found in the record by the input's spectrum
   std::size_t discard = 0;       ///< rows at the start
   std::size_t rows = 0;          ///< of the whole experiment
@@ -51,8 +52,8 @@ inline constexpr double kKnownStd_dB = 0.5;
 inline constexpr std::size_t kMostRows = 150'000;  ///< measured after thinning
 
 /// The answer to /api/response as text.
-/// @param rows  of the experiment so far, as known by now
+/// @param rows  of the experiment so far, as known by now   @param is_over  there will be no more
 [[nodiscard]] std::string describe(const std::string& run, const PeriodPlan& plan, const LiveResponse& response,
-                                   std::size_t rows);
+                                   std::size_t rows, bool is_over = false);
 
 }  // namespace eha::web

@@ -90,7 +90,7 @@ void ResponseMeter::turn() {
     const bool is_new = run != run_ || (journal->modified_ns != modified_ns_ && journal->size >= next_size_);
     if (is_new) measure(run, *journal);
     const double played = plan_.step_s > 0.0 ? std::floor(driven.experiment_s / plan_.step_s) : 0.0;
-    publish(describe(run, plan_, response_, static_cast<std::size_t>(played)));
+    publish(describe(run, plan_, response_, static_cast<std::size_t>(played), driven.id.empty()));
   } catch (const std::exception& error) {
     run_.clear();
     const Json answer{{"run", run},

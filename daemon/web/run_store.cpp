@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/json_text.hpp"
 #include "core/os/files.hpp"
+#include "daemon/acquisition/run_report.hpp"
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
@@ -95,6 +96,27 @@ std::string numbers_of(const Json& sheet, const DisplayUnit& unit) {
                      gain * value("gain_negative_in_per_V_s"), gain_unit);
 }
 
+/// Whether the record of a run that tripped shows more of its cause than the fault: at a limit, and of a trial.
+bool is_told_by_its_record(const record::Manifest& manifest) {
+  if (!manifest.report || manifest.outcome != acquisition::Outcome::faulted) return false;
+  const std::string& end = manifest.report->description;
+  const std::string_view fault = std::string_view(end).substr(0, end.find(' '));
+  return record::purpose_of(manifest) == record::Purpose::tracking ||
+         (record::purpose_of(manifest) == record::Purpose::models &&
+          (fault == acquisition::to_text(acquisition::Fault::travel_limit) ||
+           fault == acquisition::to_text(acquisition::Fault::velocity_limit)));
+}
+
+/// Whether a run was played for models, whose response is measured; false where its manifest cannot be read.
+bool is_for_models(const RunStore& store, const std::string& id) {
+  try {
+    const auto manifest = parse_json_text<Json>(store.manifest(id));
+    return record::purpose_of(record::manifest_from_json(manifest, id + "/run.json")) == record::Purpose::models;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 /// Returns the members from a manifest.
 Json describe_manifest(const RunFile& file, const std::string& id) {
   const record::Manifest manifest =
@@ -107,7 +129,13 @@ Json describe_manifest(const RunFile& file, const std::string& id) {
             {"recommended", nullptr},
             {"measured", nullptr},
             {"reason", nullptr}};
-  if (manifest.report && !manifest.report->description.empty()) said["reason"] = manifest.report->description;
+  if (manifest.report && !manifest.report->description.empty()) {
+    const std::string& end = manifest.report->description;
+    // What the record shows is the one remedy, as of the terminal.
+    said["reason"] = is_told_by_its_record(manifest)
+                         ? fmt::format("{}; `eha runs show {}` says what to do", record::without_remedy(end), id)
+                         : end;
+  }
   if (const char* what = instead_of_models(record::purpose_of(manifest));
       what != nullptr && record::models_of(manifest).empty()) {
     said["measured"] = what;
@@ -197,10 +225,13 @@ std::string RunStore::manifest(std::string_view id) const {
 std::string RunStore::newest() const {
   // A run in preparation has none yet.
   constexpr std::size_t kLookedAt = 20;
+  std::string any;
   for (std::string& id : newest_names(folder(), kLookedAt)) {
-    if (open(id, record::kJournalFile)) return std::move(id);
+    if (!open(id, record::kJournalFile)) continue;
+    if (is_for_models(*this, id)) return std::move(id);
+    if (any.empty()) any = std::move(id);
   }
-  return {};
+  return any;
 }
 
 Json RunStore::describe(const std::string& id) {

@@ -48,7 +48,8 @@ class RunStore {
   [[nodiscard]] std::string manifest(std::string_view id) const;
   static constexpr std::uint64_t kLargestManifest = 16u << 20;  ///< [bytes]; two configuration files are far shorter
 
-  /// Returns the name of the newest run with a journal; empty if there is none.
+  /// Returns the name of the newest run with a journal, among the last ones one that was played for models if there is
+  /// one; empty without any.
   [[nodiscard]] std::string newest() const;
 
   /// Lists the newest runs, newest first: id, name, started, outcome, grade, recommended, measured (what a run without

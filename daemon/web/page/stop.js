@@ -71,6 +71,10 @@ export class StopButton {
 
   /** Takes note of whether eha-web and ehad answer; where they do not, no token helps. */
   reaches(isReached) {
+    if (isReached && this.wasUnreached) {
+      this.wasUnreached = false;
+      this.tell('The service is reached again. What was not stopped goes on: press Stop if something moves.', false);
+    }
     this.isReached = isReached;
     // The dialog that asks when the page opens is nobody's wish to stop; Contact says that nothing answers.
     if (!isReached && this.dialog.open) {
@@ -81,6 +85,7 @@ export class StopButton {
   }
 
   unreached() {
+    this.wasUnreached = true;
     if (this.dialog.open) this.dialog.close();
     this.tell(kUnreached, true);
   }
@@ -133,6 +138,7 @@ export class StopButton {
       else if (answer.status === 409) this.accepted(token, 'Nothing was running.');
       else this.refused(answer, 'NOT STOPPED');
     } catch {
+      this.wasUnreached = true;
       this.tell('NOT STOPPED: eha-web does not answer. Use the emergency stop, or eha stop at the rig.', true);
     }
   }

@@ -99,6 +99,9 @@ TEST_F(ConfigFile, ThatIsBinaryIsRefused) {
 
 TEST_F(ConfigFile, WithADecimalCommaIsToldWhatToWrite) {
   EXPECT_NE(refusal(file("# a\nduration_s = 20,05\n")).find("; a decimal comma? Write 20.05"), std::string::npos);
+  EXPECT_NE(refusal(file("tones = [{ frequency_Hz = 0.05, amplitude_V = 1,9, phase_rad = 1.8 }]\n"))
+                .find("; a decimal comma? Write 1.9"),
+            std::string::npos);
   EXPECT_NE(refusal(file("# a\nduration_s = -0,3\n")).find("; a decimal comma? Write -0.3"), std::string::npos);
   EXPECT_NE(refusal(file("duration_s = 3,5")).find("Write 3.5"), std::string::npos);
   for (const char* text : {"a = ,5\n", "a = 5,\n", "a = [1,5\n", "a = 1 2\n", ","}) {
@@ -190,6 +193,8 @@ TEST(Suggestion, NamesTheNearestKeyOrAllWhenNoneIsNear) {
 
 TEST(EditDistance, CountsInsertionsDeletionsAndSubstitutions) {
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+  EXPECT_EQ(edit_distance("fti", "fit"), 1U) << "two letters are exchanged";
+  EXPECT_EQ(edit_distance("ca", "abc"), 3U);
   EXPECT_EQ(edit_distance("", "abc"), 3U);
   EXPECT_EQ(edit_distance("abc", "abc"), 0U);
 }

@@ -258,6 +258,13 @@ TEST(CommandLine, SaysWhatWasExpectedWithAnExample) {
       << fault_of({"runs", "frobnicate"});
 }
 
+TEST(CommandLine, TakesHelpAsACommand) {
+  EXPECT_EQ(parse({"help", "fit"}).text, parse({"fit", "--help"}).text);
+  EXPECT_EQ(parse({"help"}).text, parse({"--help"}).text);
+  EXPECT_NE(fault_of({"fti", "r.csv"}).find("(did you mean \"fit\"?)"), std::string::npos)
+      << fault_of({"fti", "r.csv"});
+}
+
 TEST(CommandLine, ExplainsItself) {
   const std::string help = parse({"--help"}).text;
   for (const char* command : {"run", "fit", "simulate", "validate", "check", "design", "runs"}) {

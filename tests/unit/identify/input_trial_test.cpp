@@ -123,6 +123,20 @@ TEST(InputTrial, FindsAColumnThatComesLate) {
   EXPECT_EQ(of_steps.mended_input, "--input-late 2") << first_reason(of_steps);
 }
 
+TEST(InputTrial, TakesNoDriftOfTheSensorForALateInput) {
+  ident::PortableDraw draw(10);
+  const VectorXd input = steps();
+  VectorXd output = VectorXd::Zero(kRows);
+  constexpr Index kDeadRows = 6;
+  for (Index k = 1; k < kRows; ++k) {
+    const double delayed = k > kDeadRows ? input[k - 1 - kDeadRows] : 0.0;
+    output[k] = 0.96 * output[k - 1] + 0.04 * 3.0 * delayed;
+  }
+  for (Index k = 0; k < kRows; ++k) output[k] += 0.02 * draw.normal() + 0.0003 * static_cast<double>(k);
+  const Identification found = fitted(record_of(input, output));
+  EXPECT_EQ(found.mended_input.find("--input-late"), std::string::npos) << first_reason(found);
+}
+
 TEST(InputTrial, FindsAnInputThatFroze) {
   const VectorXd command = tones(4.0);
   VectorXd frozen = command;

@@ -157,6 +157,11 @@ TEST_F(ImportedFile, IsNoRecordWhereMostLinesAreWords) {
   EXPECT_EQ(refusal.find("--period"), std::string::npos) << refusal;
 }
 
+TEST_F(ImportedFile, IsNoRecordWhereAPageOfTheWebWasFetched) {
+  const std::string refusal = refusal_of(write("rod.csv", "<!DOCTYPE html>\n<html><body>Log in</body></html>\n"));
+  EXPECT_NE(refusal.find("rod.csv: is a web page"), std::string::npos) << refusal;
+}
+
 TEST_F(ImportedFile, HasCommasBetweenColumnsAndInNumbers) {
   const std::string refusal = refusal_of(
       write("both.csv", Rig::rows("Zeit (s),Ventil (V),Weg (mm)\n", [](int k) {

@@ -27,7 +27,8 @@ TEST(ChangeCauses, NameForEachKindWhatCommonlyChangesIt) {
   add(change, "dead_band", ident::ParameterRole::dead_band, 1.2, false);
   add(change, "a1", ident::ParameterRole::denominator_coefficient, 1.1);
   const std::string text = causes_of({&change});
-  EXPECT_NE(text.find("K: commonly the supply pressure, the load or the sensor"), std::string::npos) << text;
+  EXPECT_NE(text.find("K: commonly the supply pressure, dry friction, the load or the sensor"), std::string::npos)
+      << text;
   EXPECT_NE(text.find("a2, a1: commonly the load, as another moving mass"), std::string::npos) << text;
   EXPECT_EQ(text.find("dead_band"), std::string::npos) << text;
   EXPECT_TRUE(text.ends_with("The record shows which parameter changed, not why.")) << text;

@@ -59,6 +59,12 @@ std::string markup_of(std::string_view html) {
   for (std::size_t at = markup.find(kSpace); at != std::string::npos; at = markup.find(kSpace, at)) {
     markup.erase(at, kSpace.size());
   }
+  // What a text has between backticks is shown in a command's letters, and an option is not broken, whoever wrote it.
+  for (const std::string_view code : {"<code>", "</code>", "<span class=\"></span>"}) {
+    for (std::size_t at = markup.find(code); at != std::string::npos; at = markup.find(code, at)) {
+      markup.erase(at, code.size());
+    }
+  }
   return markup;
 }
 
@@ -123,7 +129,14 @@ std::string commands_of(const std::string& script) {
     if (c == '\'') in_text = !in_text;
     if (!in_text && std::isdigit(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '-') commands += c;
   }
-  return commands;
+  // A long title has a second line: the same command again.
+  std::string once;
+  std::string before;
+  std::istringstream lines(commands);
+  for (std::string line; std::getline(lines, line); before = line) {
+    if (line != before) once += line + "\n";
+  }
+  return once;
 }
 
 TEST(HostileTextCampaign, AddsNoCommandToGnuplot) {

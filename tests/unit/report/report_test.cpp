@@ -534,7 +534,7 @@ TEST(Page, SaysOnceThatARunWasInterruptedAndWhatToCorrectFirst) {
   ended.record->step_s = 0.1;
   ended.record->input = ended.record->output = Eigen::VectorXd::LinSpaced(30, 0.0, 1.0);
   const std::string part = page_of(ended).html;
-  EXPECT_LT(part.find("Correct what ended the run and record again."), part.find("eha fit"));
+  EXPECT_LT(part.find("Correct what ended the run; then record again."), part.find("eha fit"));
 }
 
 TEST(Page, NamesTheLargestErrorOfBothPartsApart) {
