@@ -34,6 +34,9 @@ class DisplayUnit {
   /// @param name  of kLengthUnits; empty: as the record
   explicit DisplayUnit(std::string name) : name_(std::move(name)) {}
 
+  /// Whether every value is displayed in its own unit.
+  [[nodiscard]] bool is_of_record() const noexcept { return name_.empty(); }
+
   /// Returns the display unit of values in `unit`: with the chosen length if `unit` is a length or a length per
   /// something, else `unit`.
   [[nodiscard]] std::string of(const std::string& unit) const {

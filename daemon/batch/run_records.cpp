@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,11 +14,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string_view>
 #include <system_error>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -31,7 +35,7 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-constexpr auto kPoll = std::chrono::milliseconds(20);
+constexpr int kLongestWait_ms = 20;  // then the progress is shown, and a stop looked for
 constexpr const char* kFitFile = "fit.json";
 constexpr const char* kMessagesFile = "messages.txt";
 constexpr std::size_t kLongestMessage = 8000;
@@ -87,6 +91,9 @@ class Fit {
                                                                    .standard_output = &out_,
                                                                    .standard_error = &messages_,
                                                                    .session = os::Session::own});
+    // Where the system gives none, the end is seen after kLongestWait_ms. No header of Debian 12's C library declares
+    // pidfd_open() for C++.
+    end_ = os::FileDescriptor(static_cast<int>(syscall(SYS_pidfd_open, process_->pid(), 0U)));
   }
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
@@ -98,22 +105,30 @@ class Fit {
   }
   void kill() const noexcept { process_->signal(SIGKILL); }
 
-  /// Returns the result, or nothing while the process runs.
-  [[nodiscard]] std::optional<Result> poll() {
-    const std::optional<os::ChildEnd> end = process_->poll();
-    if (!end) return {};
+  /// Is readable when the process has ended.
+  [[nodiscard]] pollfd end() const noexcept { return {end_.get(), POLLIN, 0}; }
+
+  [[nodiscard]] bool has_ended() noexcept {
+    if (status_) return true;
+    status_ = process_->poll();
+    seconds_ = std::chrono::duration<double>(steady_clock::now() - begun_).count();
+    return status_.has_value();
+  }
+
+  /// The result of a process that has ended.
+  [[nodiscard]] Result result() const {
     Result result;
-    result.seconds = std::chrono::duration<double>(steady_clock::now() - begun_).count();
+    result.seconds = seconds_;
     result.host = host_name();
     result.message = os::read_file(folder_ / kMessagesFile);
     leave_out_own_words(result.message);
     if (result.message.size() > kLongestMessage) result.message.erase(0, result.message.size() - kLongestMessage);
-    const int status = end->status.value_or(0);
-    if (end->status && WIFSIGNALED(status)) {
+    const int status = status_->status.value_or(0);
+    if (status_->status && WIFSIGNALED(status)) {
       result.exit_code = 128 + WTERMSIG(status);
       result.message += fmt::format("ended by signal {} ({})\n", WTERMSIG(status), strsignal(WTERMSIG(status)));
     } else {
-      result.exit_code = end->status ? WEXITSTATUS(status) : static_cast<int>(ExitCode::bug);
+      result.exit_code = status_->status ? WEXITSTATUS(status) : static_cast<int>(ExitCode::bug);
     }
     result.fit = parse_json_text<nlohmann::ordered_json>(os::read_file(folder_ / kFitFile));
     if (!result.fit.is_object() || !result.fit.contains("models")) result.fit = nullptr;
@@ -139,8 +154,19 @@ class Fit {
   os::FileDescriptor messages_;
   std::string own_words_;  ///< of the command line, quoted for a shell
   steady_clock::time_point begun_ = steady_clock::now();
+  double seconds_ = 0.0;
+  std::optional<os::ChildEnd> status_;
+  os::FileDescriptor end_;
   std::unique_ptr<os::ChildProcess> process_;
 };
+
+/// Waits until one of the processes has ended, at most kLongestWait_ms.
+void wait_for_end(const std::vector<std::unique_ptr<Fit>>& running) {
+  if (running.empty()) return;
+  std::vector<pollfd> ends;
+  for (const auto& fit : running) ends.push_back(fit->end());
+  static_cast<void>(poll(ends.data(), ends.size(), kLongestWait_ms));
+}
 
 }  // namespace
 
@@ -159,50 +185,50 @@ bool run_records(BatchFolder& folder, const RunOptions& options) {
   std::size_t begun = 0;
   std::size_t done = 0;
   bool all_have_results = true;
+  const auto take_result_of = [&](const Fit& fit) {
+    const Result result = fit.result();
+    if (rules_name_files && result.exit_code == static_cast<int>(ExitCode::configuration)) {
+      end_all();
+      throw ConfigError("the rules of the batch are wrong: " + result.message);
+    }
+    if (std::string fault = disk_fault(result, fit.folder()); !fault.empty()) {
+      end_all();
+      while (fault.ends_with('\n')) fault.pop_back();
+      if (fault.starts_with(kPrefix)) fault.erase(0, kPrefix.size());
+      throw IoError(
+          fmt::format("the batch stops at {}, because its disk fails: {}; make room, then the same command goes on "
+                      "with the open records",
+                      fit.record().source, fault));
+    }
+    if (was_told_to_end(result.exit_code)) {
+      all_have_results = false;
+    } else {
+      folder.publish(fit.record(), result);
+    }
+    ++done;
+  };
+  const auto has_ended = [](const std::unique_ptr<Fit>& fit) { return fit->has_ended(); };
   while (done < open.size()) {
     if (options.stopped()) {
       end_all();
       return false;
     }
+    const auto first_ended = std::stable_partition(running.begin(), running.end(), std::not_fn(has_ended));
+    const std::vector<std::unique_ptr<Fit>> ended(std::make_move_iterator(first_ended),
+                                                  std::make_move_iterator(running.end()));
+    running.erase(first_ended, running.end());
+    // Before the results are written, so that no processor waits for the disk.
     while (running.size() < options.jobs && begun < open.size()) {
       const Record& next = open[begun++];
       running.push_back(
           std::make_unique<Fit>(next, folder.work_folder(next), options.program, folder.batch().rules.options));
     }
-    for (auto item = running.begin(); item != running.end();) {
-      const std::optional<Result> result = (*item)->poll();
-      const std::string open_record = (*item)->record().source;
-      if (!result) {
-        ++item;
-        continue;
-      }
-      if (rules_name_files && result->exit_code == static_cast<int>(ExitCode::configuration)) {
-        const std::string message = result->message;
-        end_all();
-        throw ConfigError("the rules of the batch are wrong: " + message);
-      }
-      if (std::string fault = disk_fault(*result, (*item)->folder()); !fault.empty()) {
-        end_all();
-        while (fault.ends_with('\n')) fault.pop_back();
-        if (fault.starts_with(kPrefix)) fault.erase(0, kPrefix.size());
-        throw IoError(
-            fmt::format("the batch stops at {}, because its disk fails: {}; make room, then the same command goes on "
-                        "with the open records",
-                        open_record, fault));
-      }
-      if (was_told_to_end(result->exit_code)) {
-        all_have_results = false;
-      } else {
-        folder.publish((*item)->record(), *result);
-      }
-      item = running.erase(item);
-      ++done;
-    }
+    for (const auto& fit : ended) take_result_of(*fit);
     const double share = static_cast<double>(done) / static_cast<double>(open.size());
     // The record that has run longest, whose seconds show that it goes on.
     const std::string at_work = running.empty() ? std::string() : running.front()->progress();
     options.progress(share, fmt::format("record {} of {}{}", std::min(done + 1, open.size()), open.size(), at_work));
-    std::this_thread::sleep_for(kPoll);
+    wait_for_end(running);
   }
   return all_have_results;
 }

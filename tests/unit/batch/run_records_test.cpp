@@ -7,6 +7,7 @@
 #include <csignal>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -54,6 +55,24 @@ TEST_F(RunRecords, NamesTheRecordAtWorkWithItsTime) {
   EXPECT_TRUE(run(program("if [ $2 = a.csv ]; then until [ -e '" + mark + "' ]; do sleep 0.05; done; else touch '" +
                           mark + "'; fi\necho '{\"models\": []}'")));
   EXPECT_NE(shown_.find("record 1 of 2: a.csv, 0 s"), std::string::npos) << shown_;
+}
+
+TEST_F(RunRecords, TakesTheResultOfEveryRecordOfManyShortOnes) {
+  std::vector<Record> records;
+  for (int i = 1; i <= 9; ++i) {
+    const std::string name = "r" + std::to_string(i);
+    records.push_back({.id = "000" + std::to_string(i) + "-" + name, .source = name + ".csv", .sha256 = ""});
+  }
+  BatchFolder many(folder_.path() / "many", {rules_of({}), records});
+  EXPECT_TRUE(run_records(many, {.program = program("echo '{\"models\": [], \"of\": \"'$2'\"}'"),
+                                 .jobs = 4,
+                                 .shard = {},
+                                 .progress = [](double, const std::string&) {},
+                                 .stopped = [] { return false; }}));
+  for (const Record& record : records) {
+    ASSERT_TRUE(many.result(record)) << record.id;
+    EXPECT_EQ(many.result(record)->fit.value("of", ""), record.source);
+  }
 }
 
 TEST_F(RunRecords, StopsAtAFullDiskWithItsMessageAndLeavesTheRecordOpen) {
