@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "ident/estimation/fit.hpp"
@@ -45,6 +46,19 @@ TEST(ExcitedBand, OfASignalOfManyLevelsReachesTowardsOneOverTheHold) {
   ASSERT_TRUE(band);
   EXPECT_LT(band->lowest_Hz, 0.1);
   EXPECT_GT(band->highest_Hz, 1.2);
+}
+
+TEST(ExcitedBand, OfALongRecordKeepsTheLineOfATone) {
+  constexpr Eigen::Index kRows = 300'000;
+  constexpr double kTone_Hz = 0.4;
+  const Eigen::ArrayXd time_s = Eigen::ArrayXd::LinSpaced(kRows, 0.0, static_cast<double>(kRows - 1)) * kStep_s;
+  const Eigen::VectorXd u = 3.0 + (2.0 * std::numbers::pi * kTone_Hz * time_s).cos();
+  const auto band = excited_band(u, kStep_s);
+  ASSERT_TRUE(band);
+  // Half a line of the record either way.
+  const double half_line_Hz = 0.5 / (static_cast<double>(kRows) * kStep_s);
+  EXPECT_NEAR(band->lowest_Hz, kTone_Hz, half_line_Hz);
+  EXPECT_NEAR(band->highest_Hz, kTone_Hz, half_line_Hz);
 }
 
 TEST(ExcitedBand, OfAConstantInputIsNone) {
