@@ -41,8 +41,13 @@ PreparedRecord::PreparedRecord(const Record& whole, const FitOptions& options) :
 }
 
 const std::vector<CoarseRecord>& PreparedRecord::coarse() const {
-  if (coarse_.empty()) coarse_ = coarsen(record, rows.discarded, rows.last);
+  if (coarse_.empty()) coarse_ = coarsen(record, bandwidth(), rows.discarded, rows.last);
   return coarse_;
+}
+
+double PreparedRecord::bandwidth() const {
+  if (!bandwidth_) bandwidth_ = output_bandwidth(record.output);
+  return *bandwidth_;
 }
 
 const ComparedRecord& PreparedRecord::compared(const Kind& kind) const {
@@ -64,7 +69,7 @@ std::size_t PreparedRecord::coarse_effort() const {
 }
 
 std::unique_ptr<const ComparedRecord> PreparedRecord::sparse(const Kind& kind) const {
-  const std::size_t every = search_spacing(record, rows.last);
+  const std::size_t every = search_spacing(bandwidth(), rows.last);
   if (every <= rows.comparison.every || rows.last > kMostSparselySearched) return {};
   const Comparison comparison = compare_every(static_cast<std::size_t>(record.input.size()), every, rows.discarded);
   // Windows end with the rows that estimate.

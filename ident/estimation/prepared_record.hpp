@@ -50,8 +50,10 @@ class PreparedRecord {
   [[nodiscard]] const std::vector<CoarseRecord>& coarse() const;
   [[nodiscard]] std::unique_ptr<const ComparedRecord> sparse(const Kind& kind) const;
   [[nodiscard]] std::size_t coarse_effort() const;
+  [[nodiscard]] double bandwidth() const;
 
   mutable std::recursive_mutex making_;
+  mutable std::optional<double> bandwidth_;
   mutable std::vector<CoarseRecord> coarse_;
   mutable std::optional<std::vector<ImpulseResponses>> responses_;
   mutable std::map<Kind, std::unique_ptr<const ComparedRecord>> compared_;

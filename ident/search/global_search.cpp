@@ -40,47 +40,6 @@ constexpr double kAtItsEnd = 0.1;                                             //
 constexpr double kSameCost = 1e-4;  // relative; two optima closer than this are one
 constexpr double kNearBest = 1.01;  // costs so near the least one are predicted well
 
-/// Lowest frequency [cycles a sample] above which the output's increments hold less than kLostPower of their power.
-/// Increments, because the drift of an output has more power than its fast part.
-double bandwidth(const Eigen::VectorXd& output) {
-  const auto n = static_cast<std::size_t>(output.size()) - 1;
-  const RealFft fft(fast_length(n));
-  std::vector<double> signal(fft.length(), 0.0);
-  for (std::size_t k = 0; k < n; ++k) {
-    const double window =
-        0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
-    signal[k] = window * (output[static_cast<Eigen::Index>(k) + 1] - output[static_cast<Eigen::Index>(k)]);
-  }
-  std::vector<std::complex<double>> spectrum(fft.bins());
-  fft.forward(signal, spectrum);
-  // The increments are integrated back. The power of the quietest band counts as white sensor noise and is removed.
-  std::vector<double> differenced(fft.bins(), 1.0);
-  for (std::size_t j = 1; j < fft.bins(); ++j) {
-    const double half_turn = std::numbers::pi * static_cast<double>(j) / static_cast<double>(fft.length());
-    differenced[j] = 4.0 * std::pow(std::sin(half_turn), 2);
-  }
-  double noise = std::numeric_limits<double>::infinity();
-  const std::size_t width = fft.bins() / kNoiseBands;
-  for (std::size_t band = 0; band < kNoiseBands && width > 0; ++band) {
-    double sum = 0.0;
-    for (std::size_t j = std::max<std::size_t>(1, band * width); j < (band + 1) * width; ++j) {
-      sum += std::norm(spectrum[j]) / differenced[j];
-    }
-    noise = std::min(noise, sum / static_cast<double>(width));
-  }
-  if (width < kNoiseBands) noise = 0.0;  // too few bins a band to average
-  std::vector<double> power(fft.bins(), 0.0);
-  double total = 0.0;
-  for (std::size_t j = 1; j < fft.bins(); ++j) {
-    power[j] = (std::norm(spectrum[j]) - noise * differenced[j]) / static_cast<double>(j);
-    total += power[j];
-  }
-  double above = 0.0;
-  std::size_t j = fft.bins() - 1;
-  while (j > 1 && above + power[j] < kLostPower * total) above += power[j--];
-  return static_cast<double>(j) / static_cast<double>(fft.length());
-}
-
 /// Rows begin..last of a record in blocks of `factor`, compared from row `first` of the record on.
 CoarseRecord blocks(const Record& record, std::size_t begin, std::size_t last, std::size_t first, std::size_t factor) {
   CoarseRecord coarse{.record = {}, .first = (first - begin + factor - 1) / factor};
@@ -350,16 +309,55 @@ bool is_thinly_covered(const Parametrisation& parametrisation) {
   return parametrisation.weight_count() > kMostCoveredWeights;
 }
 
-std::size_t search_spacing(const Record& record, std::size_t last) {
+double output_bandwidth(const Eigen::VectorXd& output) {
+  const auto n = static_cast<std::size_t>(output.size()) - 1;
+  const RealFft fft(fast_length(n));
+  std::vector<double> signal(fft.length(), 0.0);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double window =
+        0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * (static_cast<double>(k) + 0.5) / static_cast<double>(n));
+    signal[k] = window * (output[static_cast<Eigen::Index>(k) + 1] - output[static_cast<Eigen::Index>(k)]);
+  }
+  std::vector<std::complex<double>> spectrum(fft.bins());
+  fft.forward(signal, spectrum);
+  // The increments are integrated back. The power of the quietest band counts as white sensor noise and is removed.
+  std::vector<double> differenced(fft.bins(), 1.0);
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    const double half = std::sin(std::numbers::pi * static_cast<double>(j) / static_cast<double>(fft.length()));
+    differenced[j] = 4.0 * half * half;
+  }
+  double noise = std::numeric_limits<double>::infinity();
+  const std::size_t width = fft.bins() / kNoiseBands;
+  for (std::size_t band = 0; band < kNoiseBands && width > 0; ++band) {
+    double sum = 0.0;
+    for (std::size_t j = std::max<std::size_t>(1, band * width); j < (band + 1) * width; ++j) {
+      sum += std::norm(spectrum[j]) / differenced[j];
+    }
+    noise = std::min(noise, sum / static_cast<double>(width));
+  }
+  if (width < kNoiseBands) noise = 0.0;  // too few bins a band to average
+  std::vector<double> power(fft.bins(), 0.0);
+  double total = 0.0;
+  for (std::size_t j = 1; j < fft.bins(); ++j) {
+    power[j] = (std::norm(spectrum[j]) - noise * differenced[j]) / static_cast<double>(j);
+    total += power[j];
+  }
+  double above = 0.0;
+  std::size_t j = fft.bins() - 1;
+  while (j > 1 && above + power[j] < kLostPower * total) above += power[j--];
+  return static_cast<double>(j) / static_cast<double>(fft.length());
+}
+
+std::size_t search_spacing(double bandwidth, std::size_t last) {
   const double by_length = static_cast<double>(last + 1) / kCoarseRows;
-  const double by_bandwidth = kPassedByFilter / std::max(bandwidth(record.output), 1e-9);
+  const double by_bandwidth = kPassedByFilter / std::max(bandwidth, 1e-9);
   return static_cast<std::size_t>(std::max(1.0, std::floor(std::min(by_length, by_bandwidth))));
 }
 
-std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last) {
+std::vector<CoarseRecord> coarsen(const Record& record, double bandwidth, std::size_t first, std::size_t last) {
   const auto rows = static_cast<double>(last + 1);
   const double by_length = rows / kCoarseRows;
-  const double by_bandwidth = 0.1 / std::max(bandwidth(record.output), 1e-9);
+  const double by_bandwidth = 0.1 / std::max(bandwidth, 1e-9);
   const auto wanted = static_cast<std::size_t>(std::max(1.0, std::floor(std::min(by_length, by_bandwidth))));
   const auto affordable = static_cast<std::size_t>(std::max(1.0, std::ceil(rows / kMostCoarseRows)));
   std::vector<CoarseRecord> all = {blocks(record, 0, last, first, std::max(wanted, affordable))};

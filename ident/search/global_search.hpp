@@ -22,14 +22,21 @@ struct CoarseRecord {
   Eigen::Index block = 1;           ///< its rows a block
 };
 
+/// Lowest frequency [cycles a sample] above which the output's increments hold less than a small part of their power.
+/// Increments, because the drift of an output has more power than its fast part. Cost O(N log N).
+[[nodiscard]] double output_bandwidth(const Eigen::VectorXd& output);
+
 /// One coarse record of about a thousand rows, more when the output's spectrum needs them. A long record with a fast or
 /// noisy output gives two: one over the whole length, too coarse for the fast part, and one at the spacing that the
 /// spectrum needs, from the first move of the input on, 4000 rows at most.
+/// @param bandwidth    of output_bandwidth()
 /// @param first, last  rows of the record that are compared
-[[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, std::size_t first, std::size_t last);
+[[nodiscard]] std::vector<CoarseRecord> coarsen(const Record& record, double bandwidth, std::size_t first,
+                                                std::size_t last);
 
 /// Distance of the rows, filtered, that a search needs: a thousand rows, more when the output's spectrum needs them.
-[[nodiscard]] std::size_t search_spacing(const Record& record, std::size_t last);
+/// @param bandwidth  of output_bandwidth()
+[[nodiscard]] std::size_t search_spacing(double bandwidth, std::size_t last);
 
 /// Whether there are so many coefficient weights that the populations of a search cover its box sparsely. More of the
 /// optima found are then worth following.
