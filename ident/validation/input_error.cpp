@@ -218,13 +218,12 @@ Eigen::MatrixXd input_walk(const Model& model, OutputOnRecord& outputs, Eigen::I
   const double scale = error_std * std::sqrt(2.0 / samples);
   const double noise = white_variance(residual.tail(known));
   if (!(noise > 0.0)) return walk;
-  const Eigen::VectorXd driven = through_map(model, input);
-  const Eigen::ArrayXd angle =
-      (Eigen::ArrayXd::LinSpaced(input.size(), 0.5, samples - 0.5) * std::numbers::pi / samples);
+  const auto angle = Eigen::ArrayXd::LinSpaced(input.size(), 0.5, samples - 0.5) * std::numbers::pi / samples;
   const Eigen::Index most = std::min(kMostColumns, static_cast<Eigen::Index>(kMostSamples / samples));
   for (Eigen::Index k = 0; k < most; ++k) {
-    const Eigen::VectorXd wave = (k == 0 ? std::sqrt(0.5) : 1.0) * scale * (static_cast<double>(k) * angle).cos();
-    const Eigen::VectorXd passed = model.input_map ? Eigen::VectorXd(through_map(model, input + wave) - driven) : wave;
+    // One signal at a time, for each may have 10^7 rows.
+    Eigen::VectorXd passed = (k == 0 ? std::sqrt(0.5) : 1.0) * scale * (static_cast<double>(k) * angle).cos();
+    if (model.input_map) passed = through_map(model, input + passed) - through_map(model, input);
     const Eigen::VectorXd column = outputs.response(model.transfer_function, passed).tail(rows);
     const double energy = (column.array() - column.mean()).square().sum();
     if (!(energy >= (k == 0 ? kLeastFirst : kLeastEnergy) * noise)) break;

@@ -92,11 +92,10 @@ class Responses {
   Responses(const Responses&) = delete;
   Responses& operator=(const Responses&) = delete;
 
-  [[nodiscard]] Eigen::VectorXd to(Eigen::VectorXd signal) {
-    if (!of_blocks_) return outputs_.response(model_.transfer_function, about_mean(std::move(signal)));
+  [[nodiscard]] Eigen::VectorXd to(const Eigen::VectorXd& signal) {
+    if (!of_blocks_) return outputs_.response(model_.transfer_function, about_mean(signal));
     const Eigen::Index blocks = signal.size() / block_;
     Eigen::VectorXd means = signal.head(blocks * block_).reshaped(block_, blocks).colwise().mean().transpose();
-    signal.resize(0);
     return of_blocks_->response(model_.transfer_function, about_mean(std::move(means)));
   }
 
@@ -125,8 +124,8 @@ class Columns {
     for (const Eigen::Index lag : lags) push(compared.segment(first_ - lag, rows));
   }
   /// Returns the response of the model's G to the signal.
-  void add_through_plant(Eigen::VectorXd signal) {
-    const Eigen::VectorXd output = responses_.to(std::move(signal));
+  void add_through_plant(const Eigen::VectorXd& signal) {
+    const Eigen::VectorXd output = responses_.to(signal);
     push(output.tail(output.size() - first_));
   }
   [[nodiscard]] NonlinearEffects taken(NonlinearKind kind) {
@@ -181,7 +180,9 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnReco
   // Noise of the input's channel did not reach the plant; kept, an effect of it would stand for the noise itself.
   const std::optional<Eigen::VectorXd> levels = held_levels(record.input);
   const Eigen::VectorXd& input = levels ? *levels : record.input;
-  const Eigen::VectorXd v = about_mean(model.input_map ? mapped(*model.input_map, input) : input);
+  const Eigen::VectorXd behind_map = model.input_map ? mapped(*model.input_map, input) : Eigen::VectorXd();
+  const Eigen::VectorXd& driving = model.input_map ? behind_map : input;
+  const auto v = driving.array() - driving.mean();
   Columns columns(model, outputs, static_cast<Eigen::Index>(first));
   const Eigen::Index lag = least_input_lag(outputs.comparison());
   const std::array<Eigen::Index, 3> input_lags = {lag, lag + 1, lag + 2};
@@ -191,16 +192,16 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnReco
     columns.add_through_plant(signal);
     columns.add(signal, input_lags);
   };
-  add_input(v.cwiseAbs());
-  add_input(v.cwiseProduct(v.cwiseAbs()));
-  add_input(v.array().cube());
+  add_input(v.abs());
+  add_input(v * v.abs());
+  add_input(v.cube());
   all.push_back(columns.taken(NonlinearKind::level));
   add_input(direction(v));
   all.push_back(columns.taken(NonlinearKind::direction));
   const Eigen::VectorXd y = about_mean(output_of_every_row(model, record, input));
   columns.add(direction(y), kOutputLags);
   all.push_back(columns.taken(NonlinearKind::motion));
-  columns.add_through_plant(v.cwiseProduct(y));
+  columns.add_through_plant(v * y.array());
   columns.add(y.array().square().matrix(), kOutputLags);
   columns.add(y.array().cube().matrix(), kOutputLags);
   all.push_back(columns.taken(NonlinearKind::position));

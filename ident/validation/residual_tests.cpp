@@ -187,11 +187,10 @@ struct NoiseBesideEffects {
 
 /// Estimates the noise's model together with the effects that the tests look for. Estimated alone, the noise model
 /// would absorb an effect stronger than the noise itself, and hide it.
-/// @param e, error  with the filter's colour removed   @param start  the noise's model without effects
-NoiseBesideEffects noise_beside_effects(const TestedPart& part, const Eigen::VectorXd& e, const Eigen::MatrixXd& error,
-                                        const Autoregression& start) {
-  const Eigen::MatrixXd columns = without_filter(all_effects(part), part.filter_correlation);
-  const ThinSvd svd = thin_svd(columns);
+/// @param effects, e, error  with the filter's colour removed   @param start  the noise's model without effects
+NoiseBesideEffects noise_beside_effects(const Eigen::MatrixXd& effects, const Eigen::VectorXd& e,
+                                        const Eigen::MatrixXd& error, const Autoregression& start) {
+  const ThinSvd svd = thin_svd(effects);
   const Eigen::Index rank = (svd.values.array() > kEffectRank * svd.values[0]).count();
   Eigen::MatrixXd known(e.size(), error.cols() + rank);
   // Any of these effects may cause the whole residual.
@@ -199,11 +198,10 @@ NoiseBesideEffects noise_beside_effects(const TestedPart& part, const Eigen::Vec
   return {separated_noise(e, known, &start).model, rank};
 }
 
-/// @param order  of the noise, 0: white
-PredictedError predicted_error(const TestedPart& part, const Innovations& innovations, Eigen::Index order,
-                               const Whiten& white) {
-  const Eigen::MatrixXd columns = all_effects(part);
-  const ThinSvd svd = thin_svd(white(columns));
+/// @param columns  of all_effects()   @param whitened  the same   @param order  of the noise, 0: white
+PredictedError predicted_error(const TestedPart& part, const Innovations& innovations, const Eigen::MatrixXd& columns,
+                               const Eigen::MatrixXd& whitened, Eigen::Index order) {
+  const ThinSvd svd = thin_svd(whitened);
   const Eigen::Index rank = (svd.values.array() > kEffectRank * svd.values[0]).count();
   const Eigen::MatrixXd made = columns * svd.right.leftCols(rank) * svd.values.head(rank).cwiseInverse().asDiagonal();
   const auto n = static_cast<double>(part.residual.size());
@@ -255,7 +253,10 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   tests.ar_order = static_cast<std::size_t>(tested.coefficients.size());
   tests.whiteness = whiteness_test(centred(whitened(noise.clean, tested)), centred(whitened(noise.unknown, tested)),
                                    tested.coefficients.size());
-  const NoiseBesideEffects beside_effects = noise_beside_effects(part, unfiltered_e, unfiltered_error, noise.model);
+  const Eigen::MatrixXd effects = all_effects(part);
+  const Eigen::MatrixXd unfiltered_effects = without_filter(effects, part.filter_correlation);
+  const NoiseBesideEffects beside_effects =
+      noise_beside_effects(unfiltered_effects, unfiltered_e, unfiltered_error, noise.model);
   const Autoregression& model = beside_effects.model;
   const auto order = model.coefficients.size();
   const auto white = [&](const Eigen::MatrixXd& columns) { return centred(whitened(columns, model)); };
@@ -272,7 +273,7 @@ std::optional<ResidualTests> residual_tests(const TestedPart& part) {
   }
   if (!part.effects.empty()) {
     tests.nonlinearity = nonlinearity_test(part, innovations, past, white_and_unfiltered);
-    tests.error = predicted_error(part, innovations, order, white_and_unfiltered);
+    tests.error = predicted_error(part, innovations, effects, white(unfiltered_effects), order);
   }
   tests.drift = drift_of(e, errors);
   tests.moved = moved_rows(part.past_input);
