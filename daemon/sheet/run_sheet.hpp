@@ -70,8 +70,13 @@ struct SheetRow {
 /// The quantities of the sheet with their intervals or "not observed", in the unit of length for people.
 [[nodiscard]] std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit);
 
-/// "20261122T101500Z-characterise, 2026-11-22 10:15:00 UTC; rig file /etc/ehad/rig.toml, sha256 0123456789ab".
-[[nodiscard]] std::string origin_of(const RunSheet& run);
+/// What a sheet is of.
+struct Origin {
+  std::string run;       ///< "20261122T101500Z-characterise, 2026-11-22 10:15:00 UTC"
+  std::string rig_file;  ///< its path
+  std::string sha256;    ///< the first digits, of the rig file as used
+};
+[[nodiscard]] Origin origin_of(const RunSheet& run);
 
 /// For people: at most 80 columns, lengths in the unit.
 [[nodiscard]] std::string sheet_text(const RunSheet& run, const DisplayUnit& unit);

@@ -190,9 +190,11 @@ std::string preformatted(const std::string& text) { return "<pre>" + report::esc
 }  // namespace
 
 std::string sheet_page(const RunSheet& run, const DisplayUnit& unit, std::vector<std::string>& missing) {
-  const std::string lead = fmt::format("<p class=\"subtitle\">{}, {}</p>\n", report::escaped(run.rig.name),
-                                       report::escaped(origin_of(run))) +
-                           quantities(run, unit);
+  const Origin origin = origin_of(run);
+  const std::string lead =
+      fmt::format("<p class=\"subtitle\">{}, {}; rig file {}, sha256 {}</p>\n", report::escaped(run.rig.name),
+                  report::escaped(origin.run), report::escaped(origin.rig_file), origin.sha256) +
+      quantities(run, unit);
   report::Section statics{.title = "Static"};
   statics.items.push_back(flow_curve(run, unit));
   report::Section dynamics{.title = "Dynamic"};

@@ -110,18 +110,20 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
   return rows;
 }
 
-std::string origin_of(const RunSheet& run) {
+Origin origin_of(const RunSheet& run) {
   constexpr std::size_t kShownDigits = 12;
   const std::filesystem::path whole = run.folder.lexically_normal();
   const std::filesystem::path name = whole.has_filename() ? whole.filename() : whole.parent_path().filename();
-  const std::string file = run.rig_file.empty() ? std::string() : " " + run.rig_file;
-  return fmt::format("{}, {}; rig file{}, sha256 {}", on_one_line(name.string()), report::utc_text(run.utc_start),
-                     on_one_line(file), run.rig_sha256.substr(0, kShownDigits));
+  return {.run = fmt::format("{}, {}", on_one_line(name.string()), report::utc_text(run.utc_start)),
+          .rig_file = on_one_line(run.rig_file),
+          .sha256 = run.rig_sha256.substr(0, kShownDigits)};
 }
 
 std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   std::string text = fmt::format("valve sheet of \"{}\"; +- is half a 95 % interval\n", run.rig.name);
-  text += fmt::format("of {}\n", origin_of(run));
+  const Origin origin = origin_of(run);
+  const std::string file = std::filesystem::path(origin.rig_file).filename().string();
+  text += fmt::format("of {}\nby {}, sha256 {}\n", origin.run, file.empty() ? "a rig file" : file, origin.sha256);
   if (run.cut_at_s) text += fmt::format("PARTIAL: of the {:.1f} s until late ticks ended the run\n", *run.cut_at_s);
   for (const SheetRow& row : sheet_rows(run, unit)) {
     text += fmt::format("  {:<26} {}\n", row.name, row.value);

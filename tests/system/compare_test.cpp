@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `eha compare` and `eha replay` as a user meets them: two runs of the simulated rig, the second with another valve.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -260,6 +262,55 @@ TEST_F(TwoRuns, CompareTakesTheInputOfAFileAsStraight) {
   EXPECT_NEAR(left_over({}), straight, 1e-9) << "both files show it";
   expect_refused(*folder_, {"compare", before_, after_, "--intersample", "foh"}, ExitCode::usage,
                  {"the input of a run is held"});
+}
+
+TEST_F(TwoRuns, ValidateTakesTheInputBetweenTheRowsAsTheErrorShowsIt) {
+  folder_->write("thin.csv", content_of(folder_->path() / before_ / "data_40ms.csv"));
+  static_cast<void>(
+      run_eha({"fit", "thin.csv", "--model", "integrator_lag_valve", "-o", "straight", "-q"}, folder_->path()));
+  const std::string model = "straight/integrator_lag_valve.json";
+  const std::string held = source_file("config/records/bench.csv");
+  const Ended ended = run_eha({"validate", model, held}, folder_->path());
+  EXPECT_NE(ended.err.find("is held between its rows, and so it is taken here"), std::string::npos) << ended.err;
+  const Ended told = run_eha({"validate", model, held, "--intersample", "foh"}, folder_->path());
+  EXPECT_EQ(told.err.find("and so it is taken here"), std::string::npos) << told.err;
+  const Ended exported = run_eha({"export", model, "--format", "python", "-o", "plant.py"}, folder_->path());
+  EXPECT_NE(exported.err.find("its input was straight between the rows"), std::string::npos) << exported.err;
+  EXPECT_NE(content_of(folder_->path() / "plant.py").find("Its input was straight between the rows"),
+            std::string::npos);
+}
+
+TEST(CompareOfFiles, CertifiesNoPlantByASensorThatDriftsOrFreezes) {
+  const TemporaryFolder folder;
+  // A lag behind a dead time, with steps of drawn levels.
+  const auto write = [&](const char* name, unsigned seed, double drift, int frozen_rows) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 0.02);
+    std::uniform_real_distribution<double> level(-2.0, 2.0);
+    std::vector<double> volts;
+    std::string text = "time_s,valve_V,rod_mm\n";
+    double place = 0.0;
+    double shown = 0.0;
+    for (int k = 0; k < 4000; ++k) {
+      volts.push_back(k % 25 == 0 ? level(random) : volts.back());
+      if (k < 1600 || k >= 1600 + frozen_rows) shown = 20.0 + place + 0.01 * drift * k + noise(random);
+      text += fmt::format("{:.2f},{:.5f},{:.5f}\n", 0.01 * k, volts.back(), shown);
+      const double acts = k >= 6 ? volts[static_cast<std::size_t>(k - 6)] : 0.0;
+      place += (1.0 - std::exp(-0.01 / 0.25)) * (3.0 * acts - place);
+    }
+    folder.write(name, text);
+  };
+  write("before.csv", 1, 0.0, 0);
+  write("same.csv", 2, 0.0, 0);
+  write("drifts.csv", 3, 0.03, 0);
+  write("freezes.csv", 4, 0.0, 300);
+  const Ended same = run_eha({"compare", "before.csv", "same.csv"}, folder.path());
+  EXPECT_EQ(same.out.find("The same plant"), 0U) << same.out;
+  for (const char* after : {"drifts.csv", "freezes.csv"}) {
+    const Ended ended = run_eha({"compare", "before.csv", after}, folder.path());
+    EXPECT_EQ(ended.out.find("Not shown whether the plant has changed"), 0U) << ended.out;
+    EXPECT_EQ(ended.out.find("To do: Nothing"), std::string::npos) << ended.out;
+  }
 }
 
 TEST(CompareOfFiles, TakesTheOptionsOfReadingForEachOfThem) {

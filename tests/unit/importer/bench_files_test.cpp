@@ -121,6 +121,17 @@ TEST_F(BenchFile, TakesTheUnevenStampsOfABusyComputerForNoPause) {
   EXPECT_EQ(refusal.find("before row"), std::string::npos) << refusal;
 }
 
+TEST_F(BenchFile, AsksWhetherPartsOfADayAreTimesOfDay) {
+  const auto path =
+      write("day.csv",
+            german(
+                2000, [](std::size_t k) { return with_comma(0.4166667 + 0.02 / 86400.0 * static_cast<double>(k), 10); },
+                kGermanHeader));
+  const std::string refusal = refusal_of(path);
+  EXPECT_NE(refusal.find("days of a spreadsheet, or seconds?"), std::string::npos) << refusal;
+  EXPECT_NEAR(offered(refusal), 0.02, 1e-4) << refusal;
+}
+
 TEST_F(BenchFile, AsksWhetherASpreadsheetsDatesAreDaysOrSeconds) {
   const auto path = write(
       "serial.csv",
