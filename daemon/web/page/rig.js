@@ -6,13 +6,16 @@ import { count, duration, fixed, isNumber } from './units.js';
 /** What a state means, and the sign beside its word. */
 const kStates = {
   faulted: { glyph: '\u2715', meaning: 'nothing moves before eha arm' },
-  idle: { glyph: '\u25cb', meaning: 'not armed, nothing drives it' },
+  idle: { glyph: '\u25cb', meaning: 'nothing drives it' },
   armed: { glyph: '\u25d0', meaning: 'ready for a run' },
   ramp_in: { glyph: '\u25b2', meaning: 'the command rises to the first voltage' },
   running: { glyph: '\u25cf', meaning: 'the experiment is played' },
   ramp_out: { glyph: '\u25bc', meaning: 'the command ramps down' },
   safe_stop: { glyph: '\u25a0', meaning: 'made safe at once' },
 };
+
+/** Words of the terminal for states whose name is another one. */
+const kWords = { idle: 'not armed', ramp_in: 'ramping in', ramp_out: 'ramping out', safe_stop: 'made safe' };
 
 /** A service that has just started has no fault to look for: as `eha status` says it. */
 const kStarted = 'ehad has started';
@@ -38,7 +41,7 @@ export class RigView {
     const known = kStates[state] ?? { glyph: '?', meaning: '' };
     const reason = typeof status.reason === 'string' ? status.reason : '';
     const isFresh = state === 'faulted' && reason === kStarted;
-    const word = isFresh ? 'not armed' : state;
+    const word = isFresh ? kWords.idle : kWords[state] ?? state;
     setText(byId('state-glyph'), isFresh ? kStates.idle.glyph : known.glyph);
     setText(byId('state-word'), word);
     const exploring_s = status.run?.exploring_at_most_s;
@@ -163,7 +166,7 @@ export class RigView {
   /** Tells screen readers what has changed; faults and limits are banners, which they read by themselves. */
   announce(status, state, reason) {
     const run = status.run ? `, experiment ${status.run.entry} ${status.run.name}` : '';
-    const words = `state ${state}${run}${state === 'idle' && reason ? `: ${reason}` : ''}`;
+    const words = `state ${kWords[state] ?? state}${run}${state === 'idle' && reason ? `: ${reason}` : ''}`;
     if (words !== this.announced) setText(byId('said'), words);
     this.announced = words;
   }
