@@ -24,7 +24,7 @@ constexpr double kEdgeSpare_V = 0.05;
 Centring centring_of(const RigLimits& limits) noexcept {
   const double half_range_V = 0.5 * (limits.command_max_V - limits.command_min_V);
   const double travel_in = limits.travel_max_in - limits.travel_min_in;
-  Centring centring{.middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in),
+  Centring centring{.middle_in = limits.mid_travel_in(),
                     .gain_V_per_in = kShareAtTheEnds * half_range_V / (0.5 * travel_in),
                     .free_in = kFreeShareOfTravel * travel_in,
                     .wall_V_per_in = kWallShare * half_range_V / (kWallShareOfTravel * travel_in),

@@ -77,6 +77,9 @@ struct RigLimits {
   std::optional<Following> following = {};  ///< [following]; none: the following check has no data of the valve
   std::optional<SensorBand> sensor = {};    ///< [sensor]; none: every voltage of the converter is valid
 
+  /// Middle between the travel limits [in].
+  [[nodiscard]] double mid_travel_in() const noexcept { return 0.5 * (travel_min_in + travel_max_in); }
+
   /// [limits]
   static void visit_keys(auto& self, auto& keys) {
     keys.number("command_min_V", self.command_min_V, Range::between(-10.0, 10.0));

@@ -83,7 +83,7 @@ Breach LimitMonitor::check_travel(double displacement_in) noexcept {
   };
   const double lowest_in = displacement_in - stopping_in(-velocity_in_per_s_);
   const double highest_in = displacement_in + stopping_in(velocity_in_per_s_);
-  const double middle_in = 0.5 * (limits_.travel_min_in + limits_.travel_max_in);
+  const double middle_in = limits_.mid_travel_in();
   const double half_in = 0.5 * (limits_.travel_max_in - limits_.travel_min_in);
   travel_share_ = std::max(middle_in - lowest_in, highest_in - middle_in) / half_in;
   double lower_limit_in = limits_.travel_min_in;

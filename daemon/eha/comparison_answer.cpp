@@ -9,7 +9,6 @@
 #include <functional>
 
 #include "core/capitalised.hpp"
-#include "core/time_text.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
@@ -24,6 +23,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
@@ -310,15 +310,11 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     subject.judges_left_over = !run.has_other_input;
     subject.is_tight = is_tight(sources.front()) && is_tight(sources[i]);
     if (run.sudden) {
-      const std::string unit = ident::after_number(model.output_unit);
-      subject.jumps =
-          fmt::format("On {} the error jumps by {:.3g}{} at about {} s", titles[run.sudden->is_first ? 0 : i],
-                      run.sudden->jump.change, unit, time_text(run.sudden->jump.time_s));
-      subject.cut_beside_jump =
-          fmt::format("--to {} or --from {}", time_text(run.sudden->cut.to_s), time_text(run.sudden->cut.from_s));
-      subject.unfit.reset();
+      subject.jumps = fmt::format("on {} the {}", titles[run.sudden->is_first ? 0 : i],
+                                  ident::jump_text(run.sudden->jump, model.output_unit));
+      subject.cut_beside_jump = ident::cut_options(run.sudden->cut);
       subject.has_other_input = false;
-      subject.cannot_tell = "o" + subject.jumps.substr(1);
+      subject.cannot_tell = subject.jumps;
     }
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
@@ -436,7 +432,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
   std::string sentences;
   const std::vector<std::string> titles = report::titles_of(files);
   std::vector<std::string> rejected;
-  std::string jumps;  ///< of the last model whose error does
+  std::vector<std::string> jumps;
   for (std::size_t i = 0; i < models.size(); ++i) {
     const identify::ScoredModel& one = scored[i];
     const ident::Score best = one.validation.offset_reestimated.value_or(one.validation.score);
@@ -479,11 +475,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     if (one.refit) entry["refit_rms_error"] = one.refit_rms_error;
     if (const auto& jump = one.validation.jump) {
       entry["error_jump"] = {{"time_s", jump->time_s}, {"change", jump->change}};
-      jumps = fmt::format(
-          "the error of {} jumps by {:.3g}{} at about {} s: the sensor slipped or froze there, the load changed or "
-          "rows "
-          "are missing; `eha validate` names the cut",
-          titles[i], jump->change, ident::after_number(models[i].output_unit), time_text(jump->time_s));
+      jumps.push_back(fmt::format("with {} the {}", titles[i], ident::jump_text(*jump, models[i].output_unit)));
     }
     if (one.change) entry["change"] = change_json(*one.change, models[i]);
     entries.push_back(std::move(entry));
@@ -523,8 +515,10 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
     out.findings.heading += ", but it is rejected";
   }
   if (!jumps.empty()) {
-    out.findings.heading += "; but " + jumps;
-    out.findings.sentences.push_back(capitalised(jumps) + ".");
+    const std::string told =
+        fmt::format("{}: {}; `eha validate` names the cut", fmt::join(jumps, ", "), ident::kMakesAJump);
+    out.findings.heading += "; but " + told;
+    out.findings.sentences.push_back(capitalised(told) + ".");
   }
   out.findings.is_alike = of_another == 0 && unknown == 0 && rejected.empty() && jumps.empty();
   out.findings.is_one_plant = of_another == 0 && unknown == 0;

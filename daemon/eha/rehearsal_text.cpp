@@ -33,21 +33,11 @@ std::string move_to_middle(const config::RigConfig& rig, Player player, const Di
   return player == Player::local ? fmt::format("{} --local --rig {}", move, shell_word(rig.file_name)) : move;
 }
 
-double middle_of(const config::RigConfig& rig) { return 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in); }
-
-/// Whether the experiment, which names no start of its own, stays clear of the limits from mid-travel.
-bool is_clear_from_middle(const Rehearsed& rehearsed) {
-  const config::Played* played = rehearsed.experiment.config.played();
-  if (played == nullptr || played->start) return false;
-  const std::optional<Rehearsal> from_middle = rehearse(rehearsed.experiment, rehearsed.rig, middle_of(rehearsed.rig));
-  return from_middle && !is_at_risk(from_middle);
-}
-
 /// The move to mid-travel from where the experiment stays clear of the limits; empty where none helps, or where the
 /// experiment moves the rod to its own start.
 std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) {
-  if (!is_clear_from_middle(rehearsed)) return {};
-  const double middle_in = middle_of(rehearsed.rig);
+  if (!is_clear_from_mid_travel(rehearsed.experiment, rehearsed.rig)) return {};
+  const double middle_in = rehearsed.rig.limits.mid_travel_in();
   const DisplayUnit unit = console.unit(rehearsed.rig.units);
   const std::string stands =
       fmt::format("the rod stands at {:.3f} {}, and from mid-travel the experiment stays clear of them",
@@ -66,7 +56,7 @@ std::string start_beside_limit(const config::ExperimentConfig& experiment, const
   const config::Played* played = experiment.played();
   if (played == nullptr || !played->start) return {};
   const double start_in = played->start->displacement_in;
-  const double middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
+  const double middle_in = limits.mid_travel_in();
   const double limit_in = start_in < middle_in ? limits.travel_min_in : limits.travel_max_in;
   const DisplayUnit unit(experiment.positions.contains("start.displacement_mm") ? "mm" : "in");
   const double factor = unit.factor("in");
@@ -162,7 +152,8 @@ bool is_at_risk(const std::optional<Rehearsal>& rehearsal) {
 }
 
 std::string move_before(const Rehearsed& rehearsed, const Console& console) {
-  if (begins_anew(rehearsed.rig, rehearsed.player) || !is_clear_from_middle(rehearsed)) return {};
+  if (begins_anew(rehearsed.rig, rehearsed.player)) return {};
+  if (!is_clear_from_mid_travel(rehearsed.experiment, rehearsed.rig)) return {};
   return move_to_middle(rehearsed.rig, rehearsed.player, console.unit(rehearsed.rig.units));
 }
 

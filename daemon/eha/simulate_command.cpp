@@ -21,6 +21,7 @@
 #include "daemon/record/record_csv.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "ident/estimation/fit.hpp"
+#include "ident/estimation/fit_rows.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/signal/intersample.hpp"
@@ -97,12 +98,9 @@ void warn_of_doubtful(const ident::Model& model, const SimulateCommand& command,
                     command.model_file, model.name, shell_word(command.model_file)));
   }
   if (!model.estimation || !model.estimation->input_range) return;
-  // As where a part of its own record goes beyond: a straight model has no other gain a little further out.
-  constexpr double kBeyond = 0.5;  // of the range
-  constexpr double kBeyondWithMap = 0.1;
   const auto [lowest, highest] = *model.estimation->input_range;
-  const double allowed = (model.input_map ? kBeyondWithMap : kBeyond) * (highest - lowest);
-  if (input.minCoeff() >= lowest - allowed && input.maxCoeff() <= highest + allowed) return;
+  const auto [least, greatest] = ident::covered_inputs(*model.estimation->input_range, model.input_map.has_value());
+  if (input.minCoeff() >= least && input.maxCoeff() <= greatest) return;
   const std::string unit = ident::after_number(model.input_unit);
   console.warning(fmt::format(
       "{}: the input goes from {:.4g} to {:.4g}{}, and {} was estimated from {:.4g} to {:.4g}{}: beyond that nothing "

@@ -111,18 +111,17 @@ double error_on(const ident::Model& model, const Source& source, const ident::Fi
   return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
 }
 
-/// How far null and dead band of a model fitted to a record may be off the valve's; none where its map fits.
-std::optional<double> shift_on(ident::Model model, const Source& source, const ident::FitOptions& options) {
-  model.validation = ident::validate(model, source.record, options);
+/// How far null and dead band of a model may be off the valve's; none where its map fits its own record.
+/// @param own  its validation on that record
+std::optional<double> shift_on(ident::Model model, const ident::ValidationReport& own) {
+  model.validation = own;
   return ident::noted_shift(model);
 }
 
-/// A jump of the error of a model on a record; none where there is none.
-std::optional<ComparedRun::SuddenError> sudden_error(const ident::Model& model, const Source& source,
-                                                     const ident::FitOptions& options, bool is_first) {
-  const std::optional<ident::ErrorJump> jump = ident::validate(model, source.record, options).jump;
-  if (!jump) return std::nullopt;
-  return ComparedRun::SuddenError{*jump, ident::cut_beside(*jump, options.decimation * source.record.step_s), is_first};
+/// A jump of the error of a model on its own record; none where there is none. @param step_s  of the compared samples
+std::optional<ComparedRun::SuddenError> sudden_error(const ident::ValidationReport& own, double step_s, bool is_first) {
+  if (!own.jump) return std::nullopt;
+  return ComparedRun::SuddenError{*own.jump, ident::cut_beside(*own.jump, step_s), is_first};
 }
 
 /// Whether the greatest change of null and dead band is within such a shift. @param shift  none: it is not
@@ -512,7 +511,11 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
   const double level = ident::kFalseAlarm / static_cast<double>(sources.size() - 1);
-  const auto sudden_of_first = sudden_error(comparison.runs.front().fit.model, first, options.front(), true);
+  std::vector<ident::ValidationReport> own;  // each model on the record that it was fitted to
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    own.push_back(ident::validate(comparison.runs[i].fit.model, sources[i].record, options[i]));
+  }
+  const double step_s = options.front().decimation * first.record.step_s;
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
     comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
     comparison.runs[i].of_first_model =
@@ -539,12 +542,14 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     }
     if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
     std::optional<ComparedRun::SuddenError>& sudden = comparison.runs[i].sudden;
-    sudden = sudden_error(comparison.runs[i].fit.model, sources[i], options[i], false);
-    if (!sudden) sudden = sudden_of_first;
+    sudden = sudden_error(own[i], step_s, false);
+    if (!sudden) sudden = sudden_error(own.front(), step_s, true);
+    if (sudden) {
+      comparison.runs[i].unfit.reset();
+      claim_no_change(*comparison.runs[i].change);
+    }
     if (structure.structure.input_map.valve) {
-      const auto shift_of = [&](std::size_t n) {
-        return shift_on(comparison.runs[n].fit.model, sources[n], options[n]);
-      };
+      const auto shift_of = [&](std::size_t n) { return shift_on(comparison.runs[n].fit.model, own[n]); };
       const std::optional<double> before = shift_of(0);
       const std::optional<double> after = shift_of(i);
       const bool is_first = before && (!after || *before > *after);

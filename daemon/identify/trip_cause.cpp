@@ -22,7 +22,6 @@ constexpr double kDriftShare = 0.5;  // of the way to the limit that the drift m
 constexpr double kSlowShare = 0.5;   // of the velocity limit: a rod this slow did not exceed it
 constexpr double kSurelyWithin_in = 0.05;
 constexpr double kSameOffset_V = 0.02;
-constexpr double kHardlyTrips = 0.05;  // share of the rehearsed rods
 constexpr Eigen::Index kFewestForTrip = 10;
 
 /// Standard deviation of a reading, from the second differences of a rod that moves smoothly.
@@ -96,13 +95,8 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
     TripCause cause{.speed_in_per_s = drift->rate_in_per_s,
                     .offset_V = drift->offset_V,
                     .rehearsed_V = rehearsal ? rehearsal->still_offset_V : std::nullopt,
-                    .is_other_valve = rehearsal && rehearsal->chance_of_trip < kHardlyTrips};
-    const config::Played* played = experiment.config.played();
-    if (!cause.is_other_valve && played != nullptr && !played->start) {
-      const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
-      const std::optional<Rehearsal> from_middle = rehearse(experiment, rig, middle_in);
-      cause.is_clear_from_middle = from_middle && from_middle->chance_of_trip < kHardlyTrips;
-    }
+                    .is_other_valve = rehearsal && rehearsal->chance_of_trip < kWarnedChanceOfTrip};
+    cause.is_clear_from_middle = !cause.is_other_valve && is_clear_from_mid_travel(experiment, rig);
     // One number for one drift.
     if (cause.offset_V && cause.rehearsed_V && std::abs(*cause.rehearsed_V - *cause.offset_V) <= kSameOffset_V) {
       cause.offset_V = cause.rehearsed_V;

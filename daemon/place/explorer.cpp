@@ -38,7 +38,7 @@ constexpr double kFastest_in_per_s = 0.6;
 }  // namespace
 
 Explorer::Explorer(const config::RigLimits& limits, double window_in, double period_s) noexcept
-    : middle_in_(0.5 * (limits.travel_min_in + limits.travel_max_in)),
+    : middle_in_(limits.mid_travel_in()),
       safe_V_(limits.safe_V),
       half_range_V_(0.5 * (limits.command_max_V - limits.command_min_V)),
       period_s_(period_s),

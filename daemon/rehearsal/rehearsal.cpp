@@ -189,8 +189,7 @@ std::optional<double> offset_that_helps(const config::PreparedExperiment& experi
 }  // namespace
 
 double start_of(const config::RigConfig& rig) {
-  const double middle_in = 0.5 * (rig.limits.travel_min_in + rig.limits.travel_max_in);
-  return hal::initial_displacement_in(rig.backend).value_or(middle_in);
+  return hal::initial_displacement_in(rig.backend).value_or(rig.limits.mid_travel_in());
 }
 
 std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, const config::RigConfig& rig,
@@ -226,6 +225,13 @@ std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment, 
       .chance_of_trip = static_cast<double>(trips) / kDraws,
       .still_offset_V = is_open ? offset_that_helps(experiment, rig, from_in) : std::nullopt,
       .offset_has_no_room = is_open && is_balanced(experiment, rig) && !offset_that_stops(experiment, rig, 0.0)};
+}
+
+bool is_clear_from_mid_travel(const config::PreparedExperiment& experiment, const config::RigConfig& rig) {
+  const config::Played* played = experiment.config.played();
+  if (played == nullptr || played->start) return false;
+  const std::optional<Rehearsal> rehearsal = rehearse(experiment, rig, rig.limits.mid_travel_in());
+  return rehearsal && rehearsal->chance_of_trip < kWarnedChanceOfTrip;
 }
 
 std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,

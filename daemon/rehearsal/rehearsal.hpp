@@ -41,6 +41,10 @@ struct Rehearsal {
 [[nodiscard]] std::optional<Rehearsal> rehearse(const config::PreparedExperiment& experiment,
                                                 const config::RigConfig& rig, double start_in, std::uint64_t seed = 1);
 
+/// Whether an experiment without a start of its own is rehearsed and stays clear of the limits from mid-travel: fewer
+/// than kWarnedChanceOfTrip of the draws reach one. Cost as rehearse().
+[[nodiscard]] bool is_clear_from_mid_travel(const config::PreparedExperiment& experiment, const config::RigConfig& rig);
+
 /// Returns how far the volts go from the valve's null where its dead band is most of that, so that they hardly move the
 /// rod [V]; none where they go farther, and without [following].
 [[nodiscard]] std::optional<double> reach_within_dead_band(const config::PreparedExperiment& experiment,

@@ -37,9 +37,8 @@ constexpr std::string_view kFrictionFirst =
 
 constexpr std::string_view kScaleOrSupply =
     "the output is greater or smaller by one factor and no other parameter is shown to have changed, as with another "
-    "scale "
-    "of the sensor (its "
-    "calibration, amplifier or unit: hold a known distance against a ruler) or another supply pressure; else dry "
+    "scale of the sensor (its calibration, amplifier or unit: hold a known distance against a ruler) or another supply "
+    "pressure; else dry "
     "friction, the load, the valve or a leak";
 
 /// Whether the gains alone changed, all by one factor: as a sensor of another scale multiplies the output. A gain that

@@ -27,7 +27,7 @@ struct ComparedSubject {
   bool has_other_input = false;                   ///< than the first, and `cannot_tell` says so
   std::string cannot_tell = {};  ///< why a difference is not shown to be a change of the plant; empty: it is
   std::optional<identify::Unfit> unfit = {};  ///< as of identify::ComparedRun, beside the first
-  /// "On slip the error jumps by 0.3 in at about 12.3 s", where it does on one of the two records, which `cannot_tell`
+  /// "on slip the error jumps by 0.3 in at about 12.3 s", where it does on one of the two records, which `cannot_tell`
   /// says too, and how to cut that record; empty: it does not.
   std::string jumps = {};
   std::string cut_beside_jump = {};

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "core/capitalised.hpp"
 #include "daemon/report/comparison_page.hpp"
 #include "ident/model/difference_text.hpp"
 #include "ident/model/parameter_name.hpp"
@@ -119,10 +120,9 @@ std::string cause_sentence(const ComparedSubject& subject) {
 std::string to_do_of(const ComparedSubject& subject) {
   if (!subject.jumps.empty()) {
     return fmt::format(
-        "{}: a sensor that slipped or froze makes that, another load, or missing rows. Look at the sensor (mounting, "
-        "wire, connector) first; then compare again without that place: cut the "
+        "{}: {}. Look at the sensor (mounting, wire, connector) first; then compare again without that place: cut the "
         "record with {}.",
-        subject.jumps, subject.cut_beside_jump);
+        capitalised(subject.jumps), ident::kMakesAJump, subject.cut_beside_jump);
   }
   switch (finding_of(subject)) {
     case Finding::does_not_fit:
@@ -171,7 +171,7 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
           subject.change && subject.change->changed ? "the parameters differ" : "the first model errs more here");
     case Finding::cannot_tell:
       return fmt::format("Not shown whether the plant has changed{}",
-                         subject.jumps.empty() ? "" : ": " + subject.cannot_tell);
+                         subject.jumps.empty() ? "" : ": " + subject.jumps);
     case Finding::leaves_other:
       return "The same plant by its parameters, but what the model leaves over changed";
     case Finding::alike:

@@ -147,8 +147,7 @@ Remark on_output(const Subject& subject, const std::string& name) {
   if (at != subject.paper.end() && at->stability && !at->stability->stable) {
     remark.seen +=
         "It is unstable: a finer simulation of it grows. Only the coarse differences of the paper's procedure, from "
-        "one "
-        "kept sample to the next, and the new start of each half keep this output finite.";
+        "one kept sample to the next, and the new start of each half keep this output finite.";
   }
   return remark;
 }

@@ -46,7 +46,7 @@ Json rod_json(const config::RigLimits& limits, const hal::RigReading& reading, L
 }  // namespace
 
 double travel_share_at_rest(const config::RigLimits& limits, double displacement_in) noexcept {
-  const double middle_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
+  const double middle_in = limits.mid_travel_in();
   return std::abs(displacement_in - middle_in) / (0.5 * (limits.travel_max_in - limits.travel_min_in));
 }
 

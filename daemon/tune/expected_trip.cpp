@@ -61,7 +61,7 @@ std::optional<ExpectedTrip> expected_trip(const config::Track& track, const conf
   // A rod beyond a limit is brought back before any trial.
   const bool is_beyond =
       rig.initial_displacement_in < limits.travel_min_in || rig.initial_displacement_in > limits.travel_max_in;
-  if (is_beyond) begun.initial_displacement_in = 0.5 * (limits.travel_min_in + limits.travel_max_in);
+  if (is_beyond) begun.initial_displacement_in = limits.mid_travel_in();
   std::optional<ExpectedTrip> trip = first_trip(track, limits, begun);
   if (!trip || !(rig.leakage_cm3_per_s_per_bar > 0.0)) return trip;
   hal::SimOptions tight = begun;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "ident/estimation/fit_rows.hpp"
 #include "ident/fractional/stability.hpp"
 #include "ident/model/earlier_files.hpp"
 #include "ident/model/model_output.hpp"
@@ -30,8 +31,6 @@ namespace {
 constexpr int kCorrelationLags = 20;
 constexpr Eigen::Index kShortestStay = 5;
 constexpr double kBulgeOverNoise = 3.0;
-constexpr double kBeyond = 0.5;  // of the estimating range: a linear model has no other gain there
-constexpr double kBeyondWithMap = 0.1;
 
 /// Value of a parameter of a model whose terms stand by rising order.
 double value_in(const Model& model, const ParameterKey& key) {
@@ -105,12 +104,10 @@ double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& r
 }
 
 /// Share of the samples after the first `estimated` whose input lies outside the range of those [%].
-/// @param beyond  what of that range may be exceeded at either end
-double extrapolated_percent(const Eigen::VectorXd& input, Eigen::Index estimated, double beyond) {
+double extrapolated_percent(const Eigen::VectorXd& input, Eigen::Index estimated, bool has_map) {
   const Eigen::Index rest = input.size() - estimated;
-  const double range = input.head(estimated).maxCoeff() - input.head(estimated).minCoeff();
-  const double lower = input.head(estimated).minCoeff() - beyond * range;
-  const double upper = input.head(estimated).maxCoeff() + beyond * range;
+  const auto estimating = input.head(estimated);
+  const auto [lower, upper] = covered_inputs({estimating.minCoeff(), estimating.maxCoeff()}, has_map);
   const auto outside = (input.tail(rest).array() < lower || input.tail(rest).array() > upper).count();
   return 100.0 * static_cast<double>(outside) / static_cast<double>(rest);
 }
@@ -282,7 +279,7 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   }
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
-    report.extrapolated_percent = extrapolated_percent(input, estimated, map ? kBeyondWithMap : kBeyond);
+    report.extrapolated_percent = extrapolated_percent(input, estimated, map.has_value());
   }
   result.model.validation = report;
 }

@@ -63,6 +63,13 @@ std::pair<double, double> input_range(const Record& record, const FitRows& rows)
   return {estimating.minCoeff(), estimating.maxCoeff()};
 }
 
+std::pair<double, double> covered_inputs(const std::pair<double, double>& range, bool has_map) {
+  constexpr double kBeyond = 0.5;  // a linear model has no other gain there
+  constexpr double kBeyondWithMap = 0.1;
+  const double beyond = (has_map ? kBeyondWithMap : kBeyond) * (range.second - range.first);
+  return {range.first - beyond, range.second + beyond};
+}
+
 std::optional<double> rest_level(const Record& record, const StructureOptions& asked, const FitOptions& options,
                                  const FitRows& rows) {
   if (options.input_before) return options.input_before;

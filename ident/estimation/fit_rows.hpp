@@ -32,6 +32,10 @@ void check_record(const Record& record, const FitOptions& options);
 /// Least and greatest input of the rows that estimate.
 [[nodiscard]] std::pair<double, double> input_range(const Record& record, const FitRows& rows);
 
+/// The inputs of which a model that was estimated within a range tells: half of that range more at either end, or a
+/// tenth behind a map. @param range  least and greatest value
+[[nodiscard]] std::pair<double, double> covered_inputs(const std::pair<double, double>& range, bool has_map);
+
 /// The level at which the plant is at rest before the record: as given, or of a step test that shows it, unless an
 /// initial state is asked for.
 [[nodiscard]] std::optional<double> rest_level(const Record& record, const StructureOptions& asked,

@@ -10,6 +10,7 @@
 
 #include "core/time_text.hpp"
 #include "ident/linear_algebra/least_squares_solvers.hpp"
+#include "ident/model/parameter_text.hpp"
 #include "ident/signal/most_moving_part.hpp"
 #include "ident/signal/value_step.hpp"
 #include "ident/statistics/robust.hpp"
@@ -417,6 +418,14 @@ CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_
   constexpr double kRounding = 1e-6;
   return {in_digits(std::floor((jump.time_s - margin_s) / digit + kRounding)),
           in_digits(std::ceil((jump.time_s + margin_s) / digit - kRounding))};
+}
+
+std::string cut_options(const CutBeside& cut) {
+  return fmt::format("--to {} or --from {}", time_text(cut.to_s), time_text(cut.from_s));
+}
+
+std::string jump_text(const ErrorJump& jump, const std::string& unit) {
+  return fmt::format("error jumps by {:.3g}{} at about {} s", jump.change, after_number(unit), time_text(jump.time_s));
 }
 
 }  // namespace eha::ident

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "ident/model/model.hpp"
 
@@ -46,5 +47,15 @@ struct CutBeside {
 /// Some compared rows on each side of the jump, whose place a decimation's filter blurs, as times of few digits.
 /// @param compared_step_s  none: unknown
 [[nodiscard]] CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_s);
+
+/// "--to 129.9 or --from 130.06".
+[[nodiscard]] std::string cut_options(const CutBeside& cut);
+
+/// "error jumps by 0.3 mm at about 24 s". @param unit  of the output
+[[nodiscard]] std::string jump_text(const ErrorJump& jump, const std::string& unit);
+
+/// What makes such a jump, a clause: "the sensor slipped or froze, ...".
+inline constexpr std::string_view kMakesAJump =
+    "the sensor slipped or froze, the load changed or rows are missing there";
 
 }  // namespace eha::ident

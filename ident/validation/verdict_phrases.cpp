@@ -199,12 +199,8 @@ std::vector<std::string> causes_in_record(const Model& model) {
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =
         cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
-    found.push_back(
-        fmt::format("The error jumps by {:.3g}{} at about {} s: the sensor slipped or froze, the load changed "
-                    "or rows are missing there; cut with {}.",
-                    jump->change, unit, time_text(jump->time_s),
-                    is_given ? of_record->second
-                             : fmt::format("--to {} or --from {}", time_text(cut.to_s), time_text(cut.from_s))));
+    found.push_back(fmt::format("The {}: {}; cut with {}.", jump_text(*jump, model.output_unit), kMakesAJump,
+                                is_given ? of_record->second : cut_options(cut)));
   }
   return found;
 }
