@@ -29,6 +29,7 @@
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/record_units.hpp"
+#include "daemon/identify/scored_model.hpp"
 #include "daemon/importer/asked_command.hpp"
 #include "daemon/plot/gnuplot.hpp"
 #include "daemon/record/manifest.hpp"

@@ -10,6 +10,7 @@
 
 #include "core/display_unit.hpp"
 #include "daemon/identify/comparison.hpp"
+#include "daemon/identify/scored_model.hpp"
 #include "daemon/report/comparison_page.hpp"
 
 namespace eha::cli {

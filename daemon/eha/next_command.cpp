@@ -52,11 +52,11 @@ std::string through(const fs::path& socket, std::string command) {
   return suggest::through(socket == control::default_socket() ? "" : socket.string(), std::move(command));
 }
 
-std::string put_in_force(const fs::path& made, const fs::path& of_service, const fs::path& socket) {
+std::string put_in_force(const fs::path& made, const fs::path& of_service, const fs::path& socket, InForce then) {
   const bool is_writable = access(of_service.c_str(), W_OK) == 0;
   return fmt::format("{} && {}cp {} {} && {} && {}", through(socket, "eha disarm"), is_writable ? "" : "sudo ",
                      shell_word(made.string()), shell_word(of_service.string()), through(socket, "eha reload"),
-                     through(socket, "eha arm"));
+                     through(socket, then == InForce::arm ? "eha arm" : "eha read"));
 }
 
 namespace {

@@ -25,10 +25,13 @@ struct RunCommand;
 /// Adds --socket to a command for the service that the user has just used, unless it is the default one.
 [[nodiscard]] std::string through(const std::filesystem::path& socket, std::string command);
 
-/// The commands that put a new rig file, once it is checked, in the place of a service's, have it read and arm the rig;
-/// with sudo where this user cannot write that file.
+/// What follows once a rig file is in force: the rig is armed, or the sensor read, before anything moves.
+enum class InForce { arm, read };
+
+/// The commands that put a new rig file, once it is checked, in the place of a service's and have it read; with sudo
+/// where this user cannot write that file.
 [[nodiscard]] std::string put_in_force(const std::filesystem::path& made, const std::filesystem::path& of_service,
-                                       const std::filesystem::path& socket);
+                                       const std::filesystem::path& socket, InForce then = InForce::arm);
 
 /// How a command of this user reaches the rig: with its options, but not --yes, so that the user is asked again. New
 /// files have names that are not taken.

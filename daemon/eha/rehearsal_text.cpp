@@ -78,9 +78,10 @@ std::string remedy_for(const Rehearsed& rehearsed) {
   return start.empty() ? remedy : fmt::format("{}: {}", start, remedy);
 }
 
-/// "the valve of [following] (null -0.2 V, half dead band 0.151 V)": by what the rehearsed rods move.
+/// "the valve of [following] (null_V = -0.2, dead_band_V = 0.2)": by what the rehearsed rods move. A measured dead band
+/// lies lower, by what the file has to spare.
 std::string valve_of(const config::RigConfig& rig) {
-  return fmt::format("the valve of [following] (null {:.3g} V, half dead band {:.3g} V)", rig.limits.following->null_V,
+  return fmt::format("the valve of [following] (null_V = {:.3g}, dead_band_V = {:.3g})", rig.limits.following->null_V,
                      rig.limits.following->dead_band_V);
 }
 

@@ -18,10 +18,10 @@
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/wrapped_text.hpp"
-#include "daemon/identify/comparison.hpp"
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
+#include "daemon/identify/scored_model.hpp"
 #include "daemon/identify/silent_record.hpp"
 #include "daemon/identify/size_hint.hpp"
 #include "daemon/identify/source.hpp"
@@ -241,6 +241,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (exchanged) document["exchanged"] = {{"model", exchanged->name}, {"r2_percent", exchanged->r2_percent}};
   if (!silent.empty()) document["cannot_judge"] = silent;
   if (!can_tell) document["cannot_tell"] = scored_here.cannot_tell;
+  const auto& gain = scored_here.other_gain;
+  if (gain) document["other_gain"] = {{"ratio", gain->ratio}, {"rms_error", gain->rms_error}};
   console.print_json(document);
 
   const ident::Model shown = in_unit(model, console.unit(source.units));
@@ -255,11 +257,16 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   } else if (!silent.empty()) {
     text += fmt::format("  {}.\n", silent);
   } else {
-    for (const std::string& reason : shown.verdict->reasons) text += fmt::format("  {}\n", reason);
-  }
-  if (!can_tell && !exchanged && silent.empty()) {
-    text += fmt::format("  Cannot tell: {}. By its checks alone: {}.\n", scored_here.cannot_tell,
-                        ident::text(model.verdict->grade));
+    if (!can_tell) {
+      const std::string why = fmt::format("Cannot tell: {}. By its checks alone: {}.", scored_here.cannot_tell,
+                                          ident::text(model.verdict->grade));
+      text += "  " + wrapped(why, 2) + "\n";
+    }
+    if (gain && !scored_here.of_another_plant) {
+      const std::string explained = identify::other_gain_text(scored_here, shown_factor, shown_unit);
+      text += "  " + wrapped(capitalised(explained) + ".", 2) + "\n";
+    }
+    for (const std::string& reason : shown.verdict->reasons) text += "  " + wrapped(reason, 2) + "\n";
   }
   if (scored_here.of_another_plant && !exchanged && silent.empty()) {
     text += change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown);

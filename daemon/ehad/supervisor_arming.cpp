@@ -19,10 +19,12 @@
 namespace eha::service {
 namespace {
 
+constexpr std::string_view kPageUser = "eha-web";  // of its unit
+
 /// Who has stopped a run, for its note.
 std::string stopped_by(const control::StopCall& call, const std::string& user) {
   // A stop of one experiment alone comes from the command that follows it.
-  if (!call.entry) return fmt::format("eha stop of {}", user);
+  if (!call.entry) return user == kPageUser ? "Stop on the page" : fmt::format("eha stop of {}", user);
   if (!call.signal) return fmt::format("the command of {}", user);
   if (*call.signal == SIGINT) return fmt::format("Ctrl-C of {}", user);
   const char* name = sigabbrev_np(*call.signal);

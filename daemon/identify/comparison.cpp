@@ -12,6 +12,7 @@
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
+#include "daemon/identify/compared_records.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -25,55 +26,11 @@
 namespace eha::identify {
 namespace {
 
-constexpr double kSameStep = 1e-6;
-constexpr double kHopeless = 5.0;              // times the usual error, regardless of the parameters' intervals
-constexpr double kHopelessFit_percent = 95.0;  // above which the model predicts the record, however exact a refit is
-// Joint intervals by which another experiment shifts a map's parameters on an unchanged plant, as straight lines stand
-// for a curved valve with friction; measured on the simulated rig with other amplitudes, tones and levels: at most 1.4.
-constexpr double kShiftByExperiment = 1.5;
-// The same where the kind of input is another one: small sums of sines, one sine, odd multisines; at most 2.4, and
-// errors of up to 34 times the usual one, which therefore tell nothing beside another input.
-constexpr double kShiftByOtherInput = 4.0;
-constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 there
-
+constexpr double kSameRows = 1e-6;
 constexpr double kMostHidden_percent = 10.0;  // of the output's variance, left over beside plain noise
 
 // Of what is left over, from which on nothing is certified where the inputs differ, too.
 constexpr double kFarOtherLeftOver = 2.0;
-
-constexpr double kEnough = 0.5;  // of the time that estimated a model without a valve map
-
-/// Why a straight model of a record says nothing about one of another length; empty where both are long enough.
-std::string too_short(double record_s, double model_s, const std::string& of) {
-  if (!(record_s < kEnough * model_s)) return {};
-  return fmt::format(
-      "{:.3g} s are less than half of the {:.3g} s of {}, and without a valve map each stretch of a motion has a model "
-      "of its own; record {:.3g} s or more with the same experiment",
-      record_s, model_s, of, std::ceil(model_s));
-}
-
-/// Options for a fit of a whole record.
-ident::FitOptions whole(ident::FitOptions options) {
-  options.procedure = ident::Procedure::standard;
-  options.intervals = ident::IntervalMethod::straight;
-  options.split = 1.0;
-  return options;
-}
-
-ident::FitOptions options_of(const Source& source) {
-  ident::FitOptions options = whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
-  options.decimation *= parts_of_a_row(source);
-  return options;
-}
-
-/// Progress of the fits inside the nth of `count` fits.
-ident::FitProgress part_of(const Progress& progress, std::size_t nth, std::size_t count, const std::string& of) {
-  if (!progress) return {};
-  return [progress, nth, count, of](double share, const std::string& structure) {
-    progress((static_cast<double>(nth) + share) / static_cast<double>(count),
-             fmt::format("fitting {} to {}", structure, of));
-  };
-}
 
 ident::FitResult fit_named(const Source& source, const ident::StructureOptions& structure,
                            const ident::FitOptions& options, const ident::FitProgress& progress) {
@@ -134,13 +91,6 @@ bool explains_valve(const std::optional<double>& shift, const ident::PlantChange
   return shift && greatest > 0.0 && greatest <= *shift;
 }
 
-/// How many times a step holds another, at least once; 0 where it is no whole number of times.
-int times(double step_s, double of_s) {
-  const double ratio = step_s / of_s;
-  const double whole = std::round(ratio);
-  return whole >= 1.0 && std::abs(ratio - whole) <= kSameStep * ratio ? static_cast<int>(whole) : 0;
-}
-
 /// Options by which every record is compared on samples of one step.
 /// @throws DataError  the rows of two records do not allow that
 std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, std::vector<std::string>& notes) {
@@ -159,7 +109,7 @@ std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, s
           "that are whole multiples of one another",
           source.name, source.record.step_s, first.name, first.record.step_s, step_s));
     }
-    if (std::abs(source.record.step_s - first.record.step_s) > kSameStep * first.record.step_s) {
+    if (std::abs(source.record.step_s - first.record.step_s) > kSameRows * first.record.step_s) {
       notes.push_back(fmt::format("{} has rows every {:g} s, {} every {:g} s; both are compared every {:g} s",
                                   source.name, source.record.step_s, first.name, first.record.step_s, step_s));
     }
@@ -167,31 +117,11 @@ std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, s
   return all;
 }
 
-/// Whether the inputs differ at the times that both records have; false where their rows never coincide.
-bool has_other_input(const ident::Record& a, const ident::Record& b) {
-  const double step_s = std::max(a.step_s, b.step_s);
-  const Eigen::Index every_a = times(step_s, a.step_s);
-  const Eigen::Index every_b = times(step_s, b.step_s);
-  if (every_a == 0 || every_b == 0) return false;
-  const Eigen::Index shared = std::min(a.input.size() / every_a, b.input.size() / every_b);
-  double moved = 0.0;
-  for (Eigen::Index i = 0; i < shared; ++i) {
-    moved = std::max(moved, std::abs(a.input[i * every_a] - b.input[i * every_b]));
-  }
-  return moved > 0.05 * a.input.cwiseAbs().maxCoeff();
-}
-
 LeftOver left_over(const ident::Model& before, const ident::Model& after) {
   LeftOver found{std::sqrt(before.estimation->score.mse), std::sqrt(after.estimation->score.mse)};
   const double least = std::min(found.before, found.after);
   found.changed = least > 0.0 && std::max(found.before, found.after) > kOtherLeftOver * least;
   return found;
-}
-
-/// Rms error on the model's own record: what its structure leaves over of this plant. 0: not known.
-double own_rms_error(const ident::Model& model) {
-  if (model.validation) return std::sqrt(model.validation->score.mse);
-  return model.estimation ? std::sqrt(model.estimation->score.mse) : 0.0;
 }
 
 /// How records about other levels of the output differ by that alone: stiffness of the oil and flow of a valve depend
@@ -219,99 +149,6 @@ bool is_beyond_other_level(const ComparedRun& run) {
     const bool is_far = std::abs(p.after - p.before) > kShiftByOtherInput * p.half_width;
     return p.changed && (is_far || (is_of_valve && errs_far_more));
   });
-}
-
-/// Whether a comparison holds although the inputs differ: both models leave plain noise over, so that no part of the
-/// plant is left that another input would move otherwise, and what changed did so by more than a part within the noise
-/// makes it.
-bool holds_for_other_inputs(const ident::Model& before, const ident::Model& after, const ident::PlantChange& change) {
-  if (!ident::leaves_plain_noise(before) || !ident::leaves_plain_noise(after)) return false;
-  return !change.changed || std::any_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
-    return p.changed && std::abs(p.after - p.before) > kShiftByExperiment * p.half_width;
-  });
-}
-
-/// Whether the record that estimated a model can be read and has another input; false where it cannot be read.
-bool was_recorded_with_other_input(const ident::Model& model, const Source& source) {
-  const auto record = model.provenance.find("record");
-  if (record == model.provenance.end()) return false;
-  try {
-    return has_other_input(load_source(record->second, std::nullopt, {}).record, source.record);
-  } catch (const Error&) {
-    return false;
-  }
-}
-
-/// Judges whether the model is of the record's plant, by its error and the parameters of its refit.
-void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& source) {
-  const double usual = std::max(scored.refit_rms_error, own_rms_error(model));
-  if (!(usual > 0.0)) {  // of an exact model
-    scored.of_another_plant = scored.change->changed && scored.rms_error > 0.0;
-    return;
-  }
-  const double ratio = scored.rms_error / usual;
-  const ident::Score& score = scored.validation.offset_reestimated.value_or(scored.validation.score);
-  const bool is_hopeless = ratio > kHopeless && score.fit_percent < kHopelessFit_percent;
-  const auto moves_by = [&](double half_widths) {
-    return std::any_of(scored.change->parameters.begin(), scored.change->parameters.end(),
-                       [&](const ident::ParameterChange& p) {
-                         return p.changed && std::abs(p.after - p.before) > half_widths * p.half_width;
-                       });
-  };
-  const bool is_far = ratio > kFarError || !model.input_map;
-  scored.of_another_plant =
-      is_hopeless || (moves_by(is_far ? 1.0 : kShiftByExperiment) && ratio > ident::kGreatestErrorOverRefit);
-  const bool is_beyond_inputs = model.input_map
-                                    ? moves_by(kShiftByOtherInput)
-                                    : is_hopeless || holds_for_other_inputs(model, scored.refit->model, *scored.change);
-  if (scored.of_another_plant && !is_beyond_inputs && was_recorded_with_other_input(model, source)) {
-    scored.of_another_plant = false;
-    scored.cannot_tell =
-        "the inputs of this record and of the model's own differ, which alone can change the parameters of a plant "
-        "that is not linear; record the model's experiment again and compare the two (`eha compare`)";
-    return;
-  }
-  if (!scored.of_another_plant && scored.change->changed && ratio > ident::kGreatestErrorOverRefit) {
-    scored.cannot_tell = fmt::format(
-        "its error is {} times that on its own record, and parameters lie just outside their joint intervals, as "
-        "other amplitudes or tones make them on an unchanged plant; record the model's experiment again and compare "
-        "the two runs (`eha compare`)",
-        ident::figure_text(ratio));
-  } else if (!scored.of_another_plant && ratio > kFarError) {
-    scored.cannot_tell = fmt::format(
-        "its error is {} times that on its own record, yet no parameter of it is shown to differ: friction, a leak or "
-        "a load do that, or a null that is off within its interval; fit a model to this record before you rely on one",
-        ident::figure_text(ratio));
-  }
-}
-
-void compare_with_refit(ScoredModel& scored, const ident::Model& model, const Source& source,
-                        const ident::FitOptions& options, double level, const ident::FitProgress& progress) {
-  if (!model.structure) return;
-  try {
-    scored.refit = ident::fit(source.record, *model.structure, options, thread_executor(), {}, progress);
-  } catch (const DataError&) {
-    return;  // the record cannot estimate this structure; the scores remain
-  }
-  scored.refit_rms_error = std::sqrt(scored.refit->model.estimation->score.mse);
-  scored.change = ident::compare_parameters(model, scored.refit->model, level);
-  judge_plant(scored, model, source);
-  if (model.input_map) return;
-  const std::string is_short = too_short(ident::compared_s(scored.refit->model), ident::compared_s(model),
-                                         fmt::format("the record of {}", model.name));
-  if (is_short.empty()) return;
-  scored.cannot_tell = is_short;
-  scored.of_another_plant = false;
-}
-
-ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,
-                   const ident::FitProgress& progress) {
-  ScoredModel one;
-  one.validation = ident::validate(model, source.record, options);
-  one.output = ident::output_of(model, source.record, options);
-  one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
-  compare_with_refit(one, model, source, options, level, progress);
-  return one;
 }
 
 bool has_negative_gain(const ident::Model& model) {
@@ -470,6 +307,74 @@ bool first_model_holds(const ComparedRun& run) {
   return !run.unfit && run.first_model_error <= ident::kGreatestErrorOverRefit * run.left_over.after;
 }
 
+namespace {
+
+/// A model on the record that it was fitted to.
+struct OnOwnRecord {
+  ident::ValidationReport validation;
+  double step_s = 0.0;  ///< of the compared samples
+};
+
+/// What changed from the first model to that of a run, by figures.
+void measure_change(const ident::Model& before, ComparedRun& run, const Source& source,
+                    const ident::FitOptions& options, double level) {
+  run.first_model_error = error_on(before, source, options);
+  run.of_first_model = ident::output_of(before, source.record, options);
+  run.left_over = left_over(before, run.fit.model);
+  run.change = ident::compare_parameters(before, run.fit.model, level);
+}
+
+/// Claims nothing where a model does not describe its own record.
+void find_unfit(const ident::Model& before, ComparedRun& run) {
+  const ident::Model& after = run.fit.model;
+  if (explains_little(before) || explains_little(after) || !first_model_holds(run)) run.unfit = unfit_of(before, after);
+  if (!run.unfit && !run.change->changed && first_model_holds(run)) run.unfit = hides_a_change(before, after);
+  if (run.unfit) claim_no_change(*run.change);
+}
+
+/// Claims nothing where the error of a model jumps on its own record.
+void take_back_for_a_jump(const OnOwnRecord& first, const OnOwnRecord& own, ComparedRun& run) {
+  run.sudden = sudden_error(own.validation, own.step_s, false);
+  if (!run.sudden) run.sudden = sudden_error(first.validation, first.step_s, true);
+  if (!run.sudden) return;
+  run.unfit.reset();
+  claim_no_change(*run.change);
+}
+
+/// The shift of null and dead band that the poorer of two maps makes, where it explains what changed of them.
+std::optional<ComparedRun::BentMap> bent_map(const ident::Model& first_model, const OnOwnRecord& first,
+                                             const ComparedRun& run, const OnOwnRecord& own) {
+  const std::optional<double> before = shift_on(first_model, first.validation);
+  const std::optional<double> after = shift_on(run.fit.model, own.validation);
+  const bool is_first = before && (!after || *before > *after);
+  const std::optional<double>& greater = is_first ? before : after;
+  if (!explains_valve(greater, *run.change)) return std::nullopt;
+  return ComparedRun::BentMap{*greater, is_first};
+}
+
+/// Why records of different inputs tell nothing where far more is left over of one; empty where no more is.
+std::string far_other_left_over(const ComparedRun& run, const Source& first, const Source& source) {
+  const LeftOver& left = run.left_over;
+  const double ratio = left.before > 0.0 ? left.after / left.before : 1.0;
+  if (!(std::max(ratio, 1.0 / ratio) > kFarOtherLeftOver)) return {};
+  const bool is_more = ratio > 1.0;
+  return fmt::format(
+      "what the model leaves over is {:.2g} times as much on {} as on {}: another input may make that, and a sensor "
+      "that drifts, slips or freezes does",
+      std::max(ratio, 1.0 / ratio), (is_more ? source : first).name, (is_more ? first : source).name);
+}
+
+/// Why straight models of records of two lengths tell nothing; empty where both are long enough.
+std::string other_length(const ident::Model& before, const Source& first, const ident::Model& after,
+                         const Source& source) {
+  const double before_s = ident::compared_s(before);
+  const double after_s = ident::compared_s(after);
+  return too_short(std::min(before_s, after_s), std::max(before_s, after_s),
+                   (after_s < before_s ? first : source).name);
+}
+
+}  // namespace
+
 RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
   const std::vector<Source> sources = in_units_of_first(recorded);
   const Source& first = sources.front();
@@ -511,98 +416,39 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
   const double level = ident::kFalseAlarm / static_cast<double>(sources.size() - 1);
-  std::vector<ident::ValidationReport> own;  // each model on the record that it was fitted to
+  std::vector<OnOwnRecord> own;
   for (std::size_t i = 0; i < sources.size(); ++i) {
-    own.push_back(ident::validate(comparison.runs[i].fit.model, sources[i].record, options[i]));
+    own.push_back({ident::validate(comparison.runs[i].fit.model, sources[i].record, options[i]),
+                   options.front().decimation * first.record.step_s});
   }
-  const double step_s = options.front().decimation * first.record.step_s;
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
-    comparison.runs[i].first_model_error = error_on(comparison.runs.front().fit.model, sources[i], options[i]);
-    comparison.runs[i].of_first_model =
-        ident::output_of(comparison.runs.front().fit.model, sources[i].record, options[i]);
-    comparison.runs[i].left_over = left_over(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
-    comparison.runs[i].change =
-        ident::compare_parameters(comparison.runs.front().fit.model, comparison.runs[i].fit.model, level);
-    comparison.runs[i].has_other_input =
-        has_other_input(first.record, sources[i].record) &&
-        !holds_for_other_inputs(comparison.runs.front().fit.model, comparison.runs[i].fit.model,
-                                *comparison.runs[i].change);
-    if (comparison.runs[i].has_other_input) {
+    const ComparedRun& before = comparison.runs.front();
+    ComparedRun& run = comparison.runs[i];
+    measure_change(before.fit.model, run, sources[i], options[i], level);
+    run.has_other_input = has_other_input(first.record, sources[i].record) &&
+                          !holds_for_other_inputs(before.fit.model, run.fit.model, *run.change);
+    if (run.has_other_input) {
       comparison.notes.push_back(
           fmt::format("{} and {} have different inputs; this alone can change the parameters of a nonlinear plant",
                       sources[i].name, first.name));
     }
-    const bool says_little =
-        explains_little(comparison.runs.front().fit.model) || explains_little(comparison.runs[i].fit.model);
-    if (says_little || !first_model_holds(comparison.runs[i])) {
-      comparison.runs[i].unfit = unfit_of(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
-    }
-    if (!comparison.runs[i].unfit && !comparison.runs[i].change->changed && first_model_holds(comparison.runs[i])) {
-      comparison.runs[i].unfit = hides_a_change(comparison.runs.front().fit.model, comparison.runs[i].fit.model);
-    }
-    if (comparison.runs[i].unfit) claim_no_change(*comparison.runs[i].change);
-    std::optional<ComparedRun::SuddenError>& sudden = comparison.runs[i].sudden;
-    sudden = sudden_error(own[i], step_s, false);
-    if (!sudden) sudden = sudden_error(own.front(), step_s, true);
-    if (sudden) {
-      comparison.runs[i].unfit.reset();
-      claim_no_change(*comparison.runs[i].change);
-    }
+    find_unfit(before.fit.model, run);
+    take_back_for_a_jump(own.front(), own[i], run);
     if (structure.structure.input_map.valve) {
-      const auto shift_of = [&](std::size_t n) { return shift_on(comparison.runs[n].fit.model, own[n]); };
-      const std::optional<double> before = shift_of(0);
-      const std::optional<double> after = shift_of(i);
-      const bool is_first = before && (!after || *before > *after);
-      const std::optional<double>& greater = is_first ? before : after;
-      if (explains_valve(greater, *comparison.runs[i].change)) {
-        comparison.runs[i].bent_map = ComparedRun::BentMap{*greater, is_first};
-      }
-      const std::string level_differs = comparison.runs[i].change->changed ? other_level(first, sources[i]) : "";
-      if (!level_differs.empty() && is_beyond_other_level(comparison.runs[i])) {
+      run.bent_map = bent_map(before.fit.model, own.front(), run, own[i]);
+      const std::string level_differs = run.change->changed ? other_level(first, sources[i]) : "";
+      if (!level_differs.empty() && is_beyond_other_level(run)) {
         comparison.notes.push_back(fmt::format("{} and {}: {}", first.name, sources[i].name, level_differs));
       } else if (!level_differs.empty()) {
-        comparison.runs[i].cannot_tell = level_differs + "; compare two runs about one place";
+        run.cannot_tell = level_differs + "; compare two runs about one place";
       }
     }
-    const LeftOver& left = comparison.runs[i].left_over;
-    const double ratio = left.before > 0.0 ? left.after / left.before : 1.0;
-    const bool leaves_far_other = std::max(ratio, 1.0 / ratio) > kFarOtherLeftOver;
-    if (comparison.runs[i].cannot_tell.empty() && leaves_far_other && comparison.runs[i].has_other_input) {
-      comparison.runs[i].cannot_tell = fmt::format(
-          "what the model leaves over is {:.2g} times as much on {} as on {}: another input may make that, and a "
-          "sensor that drifts, slips or freezes does",
-          std::max(ratio, 1.0 / ratio), sources[ratio > 1.0 ? i : 0].name, sources[ratio > 1.0 ? 0 : i].name);
+    if (run.cannot_tell.empty() && run.has_other_input) run.cannot_tell = far_other_left_over(run, first, sources[i]);
+    if (!structure.structure.input_map.valve && run.cannot_tell.empty()) {
+      run.cannot_tell = other_length(before.fit.model, first, run.fit.model, sources[i]);
     }
-    if (structure.structure.input_map.valve || !comparison.runs[i].cannot_tell.empty()) continue;
-    const double before_s = ident::compared_s(comparison.runs.front().fit.model);
-    const double after_s = ident::compared_s(comparison.runs[i].fit.model);
-    const bool is_after_shorter = after_s < before_s;
-    comparison.runs[i].cannot_tell =
-        too_short(std::min(before_s, after_s), std::max(before_s, after_s), sources[is_after_shorter ? 0 : i].name);
   }
   return comparison;
-}
-
-std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
-                                      const Progress& progress) {
-  return score_models(models, std::vector<const Source*>(models.size(), &source), progress);
-}
-
-std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
-                                      const std::vector<const Source*>& sources, const Progress& progress) {
-  const double level = ident::kFalseAlarm / static_cast<double>(models.size());
-  std::vector<ScoredModel> all;
-  for (const ident::Model& model : models) {
-    const Source& source = *sources[all.size()];
-    all.push_back(
-        scored(model, source, options_of(source), level, part_of(progress, all.size(), models.size(), source.name)));
-  }
-  return all;
-}
-
-ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
-                        const Progress& progress) {
-  return scored(model, source, whole(options), ident::kFalseAlarm, part_of(progress, 0, 1, source.name));
 }
 
 }  // namespace eha::identify

@@ -87,35 +87,4 @@ struct RunComparison {
 /// another, or as ident::fit; ConfigError as ident::fit
 [[nodiscard]] RunComparison compare_runs(const std::vector<Source>& sources, const Progress& progress = {});
 
-/// A model compared with a record.
-struct ScoredModel {
-  ident::ValidationReport validation;
-  double rms_error = 0.0;  ///< offset estimated again [output unit]
-  ident::OutputOfModel output = {};
-  /// The model's structure fitted to the record; none if the program does not have the structure.
-  std::optional<ident::FitResult> refit;
-  double refit_rms_error = 0.0;
-  std::optional<ident::PlantChange> change;  ///< from the model to its refit
-  /// Parameters changed, and the error is ident::kGreatestErrorOverRefit times the greater of the refit's and that on
-  /// the model's own record; behind a map the parameters by more than another experiment shifts them.
-  bool of_another_plant = false;
-  /// Why the record does not show whether the model is of this plant, and what to record; empty: it does. A straight
-  /// model is another one for each stretch of a valve's motion: it needs half the time that estimated it.
-  std::string cannot_tell = {};
-};
-
-/// Scores every model on the whole record with the same samples and criteria.
-/// @throws as ident::validate
-[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models, const Source& source,
-                                                    const Progress& progress = {});
-
-/// The same with the record for each model as its input was taken for the model: one source a model, of one record.
-[[nodiscard]] std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
-                                                    const std::vector<const Source*>& sources,
-                                                    const Progress& progress = {});
-
-/// The same for one model, with the record prepared by `options`.
-[[nodiscard]] ScoredModel score_model(const ident::Model& model, const Source& source, ident::FitOptions options,
-                                      const Progress& progress = {});
-
 }  // namespace eha::identify

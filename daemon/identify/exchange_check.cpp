@@ -17,9 +17,10 @@ namespace eha::identify {
 namespace {
 
 constexpr double kFitsWell_percent = 90.0;
-constexpr double kFarLessLeft = 0.25;   // of what a model leaves over, in R2
-constexpr int kSamples = 4000;          // compared, about
-constexpr int kFewestToExchange = 100;  // compared: a piece of one swing follows any model, the other way round, too
+constexpr double kFarLessLeft = 0.25;     // of what a model leaves over, in R2
+constexpr double kAsGoodAsShifted = 4.0;  // times what a model of a shifted input leaves over, in R2
+constexpr int kSamples = 4000;            // compared, about
+constexpr int kFewestToExchange = 100;    // compared: a piece of one swing follows any model, the other way round, too
 
 double r2_percent(const ident::Model& model) { return model.validation ? model.validation->score.r2_percent : 0.0; }
 
@@ -101,6 +102,13 @@ std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::Fit
   ident::FitOptions in_halves = options;
   in_halves.split = 0.5;
   return other_way_round(source, in_halves);
+}
+
+std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::FitOptions& options, double r2_percent) {
+  if (source.run_folder || source.exchange.empty() || options.split >= 1.0) return std::nullopt;
+  const std::optional<ExchangedFit> best = other_way_round(source, options);
+  const double left = 100.0 - r2_percent;
+  return best && 100.0 - best->r2_percent <= kAsGoodAsShifted * left ? best : std::nullopt;
 }
 
 std::string exchange_sentence(const ExchangedFit& other, const ScoredModel& scored) {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "daemon/identify/comparison.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/scored_model.hpp"
 
 namespace eha::identify {
 
@@ -27,6 +27,12 @@ struct ExchangedFit {
 /// @param options  of the scores
 [[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::FitOptions& options,
                                                         const ScoredModel& scored);
+
+/// The same where the output comes before its input by a trial (wrong_input()): no model of exchanged columns is found
+/// to be worse than the one whose input is taken as late.
+/// @param r2_percent  of that model
+[[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const ident::FitOptions& options,
+                                                        double r2_percent);
 
 /// "input and output may be exchanged: ...", without the command that exchanges them.
 [[nodiscard]] std::string exchange_sentence(const ExchangedFit& other, const ScoredModel& scored);

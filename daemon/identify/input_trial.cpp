@@ -121,8 +121,14 @@ ident::Record with_later_input(const ident::Record& record, Index rows) {
   return found;
 }
 
-std::optional<WrongInput> of_late_input(const Source& source, const IdentificationTask& task,
-                                        const std::vector<const IdentifiedModel*>& bases) {
+/// A shift of the input that mends it, and how well a model describes the record with it.
+struct LateInput {
+  WrongInput wrong;
+  double r2_percent = 0.0;
+};
+
+std::optional<LateInput> of_late_input(const Source& source, const IdentificationTask& task,
+                                       const std::vector<const IdentifiedModel*>& bases) {
   const Index parts = parts_of_a_row(source);
   const ident::Record record = tried_rows(task.record, parts);
   const bool is_held = parts == 1;
@@ -167,7 +173,7 @@ std::optional<WrongInput> of_late_input(const Source& source, const Identificati
   if (best->model.transfer_function.delay_s >= row_s * static_cast<double>(best_rows + 1)) return std::nullopt;
   // Rows that are too slow for the plant look like a column that is one row late.
   if (best_rows == 1 && !task.slow_rows.empty()) return std::nullopt;
-  return WrongInput{
+  WrongInput wrong{
       fmt::format("The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
                   "input of as many rows later {} errs {} times as much, and no plant answers before its input. If the "
                   "input was played, shift the column back (`eha fit --input-late {}`), or mend the logger; if a "
@@ -175,6 +181,7 @@ std::optional<WrongInput> of_late_input(const Source& source, const Identificati
                   best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
                   ident::figure_text(best->error / least), best_rows),
       fmt::format("--input-late {}", best_rows)};
+  return LateInput{std::move(wrong), best->model.estimation->score.r2_percent};
 }
 
 /// Stretches of a record, first and last row.
@@ -315,16 +322,19 @@ std::optional<WrongInput> of_clipped_input(const Source& source, const Identific
       part};
 }
 
+WrongInput exchanged_columns(const Source& source, const ExchangedFit& other, std::string_view why) {
+  return {fmt::format("Input and output may be exchanged: {}, and the other way round {} has a validation R2 of {} %",
+                      why, other.name, ident::percent_text(other.r2_percent)),
+          source.exchange};
+}
+
 std::optional<WrongInput> of_exchanged_columns(const Source& source, const IdentificationTask& task,
                                                const Identification& identification) {
   const auto other = source.exchange.empty() ? std::nullopt : exchanged_fit(source, task, identification);
   if (!other) return std::nullopt;
   const bool any_accepted = std::any_of(identification.models.begin(), identification.models.end(), is_accepted);
-  return WrongInput{
-      fmt::format("Input and output may be exchanged: {}, and the other way round {} has a validation R2 of {} %",
-                  any_accepted ? "the output comes before the input" : "no model passes its checks", other->name,
-                  ident::percent_text(other->r2_percent)),
-      source.exchange};
+  return exchanged_columns(source, *other,
+                           any_accepted ? "the output comes before the input" : "no model passes its checks");
 }
 
 }  // namespace
@@ -350,7 +360,12 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   if (auto found = of_frozen_input(task, bases)) return found;
   if (auto found = of_clipped_input(source, task, bases)) return found;
   say(0.5, "comes late");
-  return of_late_input(source, task, bases);
+  std::optional<LateInput> late = of_late_input(source, task, bases);
+  if (!late) return std::nullopt;
+  if (const auto other = exchanged_fit(source, task.options, late->r2_percent)) {
+    return exchanged_columns(source, *other, "the output comes before the input");
+  }
+  return late->wrong;
 }
 
 std::optional<WrongInput> lost_input(const Source& source) {

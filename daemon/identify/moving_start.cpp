@@ -26,6 +26,13 @@ bool has_terms_to_spare(const ident::Model& model) {
   return g.denominator.size() > kSimpleTerms || g.numerator.size() > 1 || ident::has_estimated_order(model);
 }
 
+/// Whether it answers late, or at first the wrong way, by which a zero stands for a dead time.
+bool answers_late(const ident::TransferFunction& g) {
+  return g.delay_s > 0.0 || std::any_of(g.numerator.begin(), g.numerator.end(), [&](const ident::Term& term) {
+           return term.coefficient * g.numerator.front().coefficient < 0.0;
+         });
+}
+
 /// The greatest dead time that an integer-order model of a record in motion has; 0 without one.
 double dead_time_s(const Identification& identification) {
   double greatest = 0.0;
@@ -43,8 +50,9 @@ std::string leave_out_moving_start(IdentificationTask& task, Identification& ide
   if (task.options.procedure == ident::Procedure::paper || !task.structures.empty()) return {};
   const IdentifiedModel* best = recommended_model(identification);
   if (best != nullptr &&
-      !(has_terms_to_spare(best->result.model) && best->result.model.transfer_function.delay_s > 0.0))
+      !(has_terms_to_spare(best->result.model) && answers_late(best->result.model.transfer_function))) {
     return {};
+  }
   const double step_s = task.record.step_s;
   const double behind_s = std::ceil(kBehindDeadTime * dead_time_s(identification) / step_s) * step_s;
   const double length_s = step_s * static_cast<double>(task.record.output.size());

@@ -8,10 +8,10 @@
 namespace eha::identify {
 
 /// Of a record that begins in motion nobody knows the input before its first row, which acts until the dead time is
-/// over, and a pole and a zero more take that in. Where the recommended model has a dead time and such terms, or none
-/// is recommended, fits again to the rows behind the dead time, before which the output counts for nothing, and takes
-/// that fit where it recommends a model of fewer parameters. The task then leaves out those rows, and says so in its
-/// remarks.
+/// over, and a pole and a zero more take that in. Where the recommended model has such terms, and a dead time or a zero
+/// that stands for one, or none is recommended, fits again to the rows behind the dead time, before which the output
+/// counts for nothing, and takes that fit where it recommends a model of fewer parameters. The task then leaves out
+/// those rows, and says so in its remarks.
 /// @returns the sentence for the user; empty where nothing was changed
 /// Cost: none without such a model, else the same fit once more.
 [[nodiscard]] std::string leave_out_moving_start(IdentificationTask& task, Identification& identification,

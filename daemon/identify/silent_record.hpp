@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "daemon/identify/comparison.hpp"
+#include "daemon/identify/scored_model.hpp"
 
 namespace eha::identify {
 

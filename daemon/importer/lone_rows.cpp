@@ -85,6 +85,7 @@ class Steps {
       rows_.push_back(k);
       motions_.push_back(most / changes[k - 1]);
     }
+    if (rows_.size() >= kFewestSteps) usual_ = quantile(motions_, kMostSteps);
     greatest_to_ = motions_;
     greatest_from_ = motions_;
     for (std::size_t i = 1; i < motions_.size(); ++i) {
@@ -95,7 +96,7 @@ class Steps {
   }
 
   /// Whether a step within or just before these rows may have caused them: the output moves as far a volt after the
-  /// other steps, or there are none.
+  /// other steps, or after more than a quarter of many, or there are none.
   [[nodiscard]] bool cause(std::size_t from, std::size_t count) const {
     const std::size_t earliest = std::max(from, kInputBefore) - kInputBefore;
     const auto first_at = [&](std::size_t row) {
@@ -109,16 +110,20 @@ class Steps {
     const double elsewhere =
         std::max(apart > 0 ? greatest_to_[apart - 1] : 0.0, behind < rows_.size() ? greatest_from_[behind] : 0.0);
     const auto at = [&](std::size_t i) { return motions_.begin() + static_cast<std::ptrdiff_t>(i); };
-    return *std::min_element(at(first), at(behind)) <= kOverAnswers * elsewhere;
+    return *std::min_element(at(first), at(behind)) <= kOverAnswers * std::min(elsewhere, usual_);
   }
 
  private:
   static constexpr std::size_t kMoved = kInputBefore + kMostTogether;  // rows that a step moves soon
 
+  static constexpr std::size_t kFewestSteps = 12;
+  static constexpr double kMostSteps = 0.75;  // of them, which a disturbed sensor leaves alone
+
   std::vector<std::size_t> rows_ = {};
   std::vector<double> motions_ = {};  ///< greatest change of a row soon after each step, a volt of the step
   std::vector<double> greatest_to_ = {};
   std::vector<double> greatest_from_ = {};
+  double usual_ = std::numeric_limits<double>::infinity();  ///< no more than that after most of many steps
 };
 
 }  // namespace

@@ -139,7 +139,7 @@ struct NonlinearityTest {
   ResidualTest test;                          ///< all kinds together
   NonlinearKind kind = NonlinearKind::level;  ///< the kind that explains most of the residual
   GainTrend gain = GainTrend::unknown;        ///< beside the model's, of kind level
-  /// The kind that explains as much, as far as the record tells; none where `kind` is clear.
+  /// The kind that explains as much, as far as the record tells, or what `kind` leaves over; none where `kind` is clear.
   std::optional<NonlinearKind> or_kind = {};
 };
 

@@ -87,4 +87,11 @@ std::optional<GainChange> gain_change(const Eigen::VectorXd& time_s, const Eigen
   return found;
 }
 
+OtherGain other_gain(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {
+  const Eigen::VectorXd y = measured.array() - measured.mean();
+  const Eigen::VectorXd x = simulated.array() - simulated.mean();
+  const double ratio = x.squaredNorm() > 0.0 ? x.dot(y) / x.squaredNorm() : 1.0;
+  return {ratio, std::sqrt((y - ratio * x).squaredNorm() / static_cast<double>(y.size()))};
+}
+
 }  // namespace eha::ident

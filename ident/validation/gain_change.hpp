@@ -20,4 +20,13 @@ struct GainChange {
 [[nodiscard]] std::optional<GainChange> gain_change(const Eigen::VectorXd& time_s, const Eigen::VectorXd& measured,
                                                     const Eigen::VectorXd& simulated);
 
+/// The multiple of a model's output, with an offset of its own, that is nearest to a measured one.
+struct OtherGain {
+  double ratio = 1.0;      ///< of that gain over the model's
+  double rms_error = 0.0;  ///< beside it [output unit]
+};
+
+/// @param measured, simulated  N compared samples each, at least 2. Cost O(N)
+[[nodiscard]] OtherGain other_gain(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated);
+
 }  // namespace eha::ident

@@ -230,7 +230,7 @@ std::string Reasons::advice_on_amplitudes() const {
     return asks_for_smaller_amplitudes() ? fmt::format("reduce {} on the rig", effects)
                                          : fmt::format("record larger amplitudes, beside which {} are small", effects);
   }
-  if (*kind == NonlinearKind::position) return "record a smaller travel";
+  if (*kind == NonlinearKind::position && !test.or_kind) return "record a smaller travel";
   if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
   if (test.gain == GainTrend::falls) {
     return "measure the valve, whose sheet tells a dead band and friction from a saturation (`eha characterise`)";

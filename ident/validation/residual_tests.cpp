@@ -27,6 +27,7 @@ constexpr double kDriftOverNoise = 3.0;
 constexpr double kDriftOverError = 2.0;
 constexpr Eigen::Index kFutureLags = 10;
 constexpr double kTellsApart = 10.0;   // of BIC; Kass and Raftery, J. Am. Stat. Assoc. 90, 773 (1995): very strong
+constexpr double kMostOfAll = 0.6;     // of the statistic of all kinds together: a plant of one kind has 0.73 and more
 constexpr double kClearTrend = 1e-3;   // chance of a trend where there is none
 constexpr double kLeastBeside = 1e-4;  // of the norm; a smaller rest is nearly a combination of other columns
 constexpr double kEffectRank = 1e-3;   // weaker combinations explain noise
@@ -130,6 +131,7 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   NonlinearityTest found;
   double most = -std::numeric_limits<double>::infinity();
   double next = most;
+  double named = 0.0;  // statistic of the kind that is named
   NonlinearKind next_kind = found.kind;
   // A wrong model has wrong parameters; their errors would explain a part of level and position.
   Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.parameters);
@@ -146,6 +148,7 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
       next = std::exchange(most, gain);
       next_kind = found.kind;
       found.kind = effects.kind;
+      named = one.statistic;
       found.gain =
           effects.kind == NonlinearKind::level ? gain_trend(innovations, whitened, linear_basis) : GainTrend::unknown;
     }
@@ -156,8 +159,9 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
     all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());
     all.rightCols(columns.cols()) = columns;
   }
-  if (most - next < kTellsApart) found.or_kind = next_kind;
   found.test = test_along(innovations, basis_of(all));
+  const bool is_part = next > 0.0 && named < kMostOfAll * found.test.statistic;
+  if (most - next < kTellsApart || is_part) found.or_kind = next_kind;
   return found;
 }
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "daemon/identify/scored_model.hpp"
 #include "daemon/identify/thread_executor.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
