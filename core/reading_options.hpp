@@ -13,7 +13,7 @@ struct ReadingOption {
   bool has_value;
 };
 
-inline constexpr std::array<ReadingOption, 12> kReadingOptions{{{"--time", true},
+inline constexpr std::array<ReadingOption, 14> kReadingOptions{{{"--time", true},
                                                                 {"--input", true},
                                                                 {"--output", true},
                                                                 {"--delimiter", true},
@@ -22,6 +22,8 @@ inline constexpr std::array<ReadingOption, 12> kReadingOptions{{{"--time", true}
                                                                 {"--period", true},
                                                                 {"--from", true},
                                                                 {"--to", true},
+                                                                {"--input-unit", true},
+                                                                {"--output-unit", true},
                                                                 {"--input-late", true},
                                                                 {"--resample", false},
                                                                 {"--keep-lone-rows", false}}};

@@ -5,7 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <string_view>
 
+#include "core/unit_names.hpp"
 #include "daemon/eha/option_values.hpp"
 
 namespace eha::cli {
@@ -55,6 +57,24 @@ void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options
       ->check(any)
       ->take_last()
       ->group(group);
+  const CLI::Validator is_unit(
+      [](std::string& text) {
+        const auto known = known_unit(text);
+        if (known) text = *known;
+        return known ? std::string() : text + ": expected a unit such as V, mV, mA, mm, in, bar or %";
+      },
+      "");
+  const auto unit = [&](const char* name, std::optional<std::string>& target, const char* what) {
+    app.add_option(name, target,
+                   fmt::format("Unit of the {}, such as {}; for a file that has none, or a wrong one", what,
+                               std::string_view(what) == "input" ? "V" : "mm"))
+        ->type_name("UNIT")
+        ->check(is_unit)
+        ->take_last()
+        ->group(group);
+  };
+  unit("--input-unit", options.input_unit, "input");
+  if (columns == ImportedColumns::record) unit("--output-unit", options.output_unit, "output");
   if (columns == ImportedColumns::record) {
     app.add_option("--input-late", options.input_late,
                    "Rows by which the input's column comes late against the output: each row gets the input of so many "

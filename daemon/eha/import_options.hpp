@@ -17,8 +17,7 @@ namespace eha::cli {
 /// Selects the options on a file's columns that a command takes.
 enum class ImportedColumns { record, input_only };
 
-/// Adds --time, --input, --output, --delimiter, --decimal, --thousands, --period, --from, --to,
-/// --resample and --keep-lone-rows.
+/// Adds the options of core/reading_options.hpp, for a record or for an input alone.
 void add_import_options(CLI::App& app, const ParsedLine& line, importer::Options& options, ImportedColumns columns);
 
 /// Prints what was guessed of a file, warns of its remarks and prints its corrections.

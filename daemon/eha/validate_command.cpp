@@ -169,6 +169,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   }
   print_import(source.guess, source.remarks, source.repairs, console);
   warn_of_own_record(command.model_file, source, console);
+  if (const std::string same = identify::unit_taken_as_same(source, model); !same.empty()) console.warning(same);
   model = identify::in_units_of(source, std::move(model), command.model_file);
   const ident::FitOptions of_experiment = source.experiment ? source.experiment->fit : ident::FitOptions{};
   ident::FitOptions options = with(of_experiment, command.record, identify::parts_of_a_row(source));

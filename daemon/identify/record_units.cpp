@@ -47,6 +47,21 @@ ident::Model in_units_of(const Source& source, ident::Model model, const std::st
                               input, output, kExpected));
 }
 
+std::string unit_taken_as_same(const Source& source, const ident::Model& model) {
+  const auto told = [&](const char* what, const std::string& of_model, const std::string& of_record) {
+    if (of_model.empty() == of_record.empty()) return std::string();
+    const bool lacks_model = of_model.empty();
+    return fmt::format(
+        "the {0} of {1} has no unit, and that of {2} is in {3}: they are taken to be the same; if not, {4} "
+        "--{0}-unit",
+        what, lacks_model ? model.name : source.name, lacks_model ? source.name : model.name,
+        lacks_model ? of_record : of_model, lacks_model ? "fit its record again with" : "say so with");
+  };
+  std::string input = told("input", model.input_unit, source.record.input_channel.unit);
+  const std::string output = told("output", model.output_unit, source.record.output_channel.unit);
+  return input.empty() || output.empty() ? input + output : input + "; " + output;
+}
+
 std::vector<ident::Model> in_units_of_first(std::vector<ident::Model> models, const std::vector<std::string>& names) {
   for (std::size_t i = 1; i < models.size(); ++i) {
     const std::string& input = models.front().input_unit;

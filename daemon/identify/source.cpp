@@ -29,7 +29,8 @@ void refuse_options(const std::string& name, const importer::Options& options) {
   if (!importer::names_columns_or_times(options)) return;
   throw UsageError(
       fmt::format("{}: a run's columns and times are known; leave out --time, --input, --output, --delimiter, "
-                  "--decimal, --thousands, --period, --input-late, --resample and --keep-lone-rows",
+                  "--decimal, --thousands, --period, --input-unit, --output-unit, --input-late, --resample and "
+                  "--keep-lone-rows",
                   name));
 }
 
@@ -93,7 +94,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
       if (meant.empty()) continue;
       source.remarks.push_back(
           fmt::format("the unit \"{}\" of {} is none that eha knows and is kept as it is; if {} is meant, "
-                      "correct the header",
+                      "correct the header or give --input-unit or --output-unit",
                       channel.unit, channel.name, meant));
     }
     const std::filesystem::path folder = std::filesystem::absolute(name, ignored).parent_path();

@@ -83,7 +83,10 @@ Selection selection_for(const Table& table, const Roles& roles, const std::files
 }
 
 /// The channel of a column, with a name that a header of a record can hold.
-ident::Channel channel_of(const Column& column, const char* otherwise, bool is_record_format) {
+/// @param unit  instead of the column's, if there is one
+ident::Channel channel_of(Column column, const std::optional<std::string>& unit, const char* otherwise,
+                          bool is_record_format) {
+  if (unit) column.unit = *unit;
   if (is_record_format) return {column.name, column.unit};
   std::string name = column.name.substr(column.name.find_last_of("./") + 1);
   // Behind an underscore would be the unit.
@@ -411,8 +414,8 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   Imported imported = assembled(rows, *table, roles, selection, path, options);
   const bool own = table->is_record_format();
   shift_input_back(options.input_late, path, imported);
-  imported.record.input_channel = channel_of(table->columns()[roles.input], "input", own);
-  imported.record.output_channel = channel_of(table->columns()[*roles.output], "output", own);
+  imported.record.input_channel = channel_of(table->columns()[roles.input], options.input_unit, "input", own);
+  imported.record.output_channel = channel_of(table->columns()[*roles.output], options.output_unit, "output", own);
   if (!own) tell_apart(imported.record.input_channel, imported.record.output_channel);
   if (own) refuse_exchanged(imported.record, roles, path, options);
   const ident::Record& record = imported.record;
@@ -486,7 +489,8 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
   input.series.time_s = std::move(time_s);
   input.series.values = record.input;
   input.series.step_s = record.step_s;
-  input.series.channel = channel_of(table->columns()[roles.input], "input", table->is_record_format());
+  input.series.channel =
+      channel_of(table->columns()[roles.input], options.input_unit, "input", table->is_record_format());
   if (!unit.empty() && !input.series.channel.unit.empty()) {
     input.series.values *= unit_factor(input.series.channel.unit, unit).value_or(1.0);
     input.series.channel.unit = unit;

@@ -14,15 +14,17 @@ struct Options {
   std::optional<std::string> time = {};
   std::optional<std::string> input = {};
   std::optional<std::string> output = {};
-  std::optional<char> delimiter = {};   ///< of text: ',' ';' '|' tab, or ' ' for any number of blanks
-  std::optional<char> decimal = {};     ///< of text: '.' or ','
-  std::optional<char> thousands = {};   ///< of text, between groups of three digits: ',' '.' or '\''
-  std::optional<double> period_s = {};  ///< [s]; replaces the time column
-  std::optional<double> from_s = {};    ///< [s] of the file's time; earlier rows are left out
-  std::optional<double> to_s = {};      ///< [s] of the file's time; later rows are left out
-  std::size_t input_late = 0;           ///< rows by which the input's column comes late: it is shifted back
-  bool resample = false;                ///< fill gaps and missing values, and move rows to an even time grid
-  bool keep_lone_rows = false;          ///< take rows that stand alone as measured
+  std::optional<char> delimiter = {};           ///< of text: ',' ';' '|' tab, or ' ' for any number of blanks
+  std::optional<char> decimal = {};             ///< of text: '.' or ','
+  std::optional<char> thousands = {};           ///< of text, between groups of three digits: ',' '.' or '\''
+  std::optional<double> period_s = {};          ///< [s]; replaces the time column
+  std::optional<double> from_s = {};            ///< [s] of the file's time; earlier rows are left out
+  std::optional<double> to_s = {};              ///< [s] of the file's time; later rows are left out
+  std::optional<std::string> input_unit = {};   ///< known_unit(); replaces what the file says
+  std::optional<std::string> output_unit = {};  ///< the same of the output
+  std::size_t input_late = 0;                   ///< rows by which the input's column comes late: it is shifted back
+  bool resample = false;                        ///< fill gaps and missing values, and move rows to an even time grid
+  bool keep_lone_rows = false;                  ///< take rows that stand alone as measured
   /// The command that asked, quoted for a shell; refusals extend it to one that works. Empty: "eha import FILE".
   std::string command = {};
   /// Instead of `command`: one that takes none of these options, and follows on an imported copy.
@@ -31,8 +33,8 @@ struct Options {
 
 /// Whether an option says what the columns and the times of a file are.
 [[nodiscard]] inline bool names_columns_or_times(const Options& o) {
-  return o.time || o.input || o.output || o.delimiter || o.decimal || o.thousands || o.period_s || o.resample ||
-         o.input_late > 0 || o.keep_lone_rows;
+  return o.time || o.input || o.output || o.delimiter || o.decimal || o.thousands || o.period_s || o.input_unit ||
+         o.output_unit || o.input_late > 0 || o.resample || o.keep_lone_rows;
 }
 
 /// Whether an option says how a record is to be read: of its columns and times, or which rows.
