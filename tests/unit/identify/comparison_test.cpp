@@ -79,6 +79,26 @@ TEST(Comparison, CallsNoUnchangedRigAnotherPlantBecauseTheAmplitudesAreOthers) {
   }
 }
 
+TEST(Comparison, NamesAnotherGainAsTheCauseOfAnError) {
+  const Source whole = source_of(seeded(1));
+  ident::StructureOptions valve;
+  valve.name = "integrator_lag_valve";
+  valve.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
+  const ident::Model model = ident::fit(whole.record, valve, whole.experiment->fit, thread_executor()).model;
+  EXPECT_FALSE(score_models({model}, source_of(seeded(2))).front().other_gain);
+  hal::SimOptions faster = seeded(2);
+  faster.valve_rated_flow_L_per_min *= 1.005;
+  const ScoredModel scored = score_models({model}, source_of(faster)).front();
+  ASSERT_TRUE(scored.other_gain);
+  EXPECT_NEAR(scored.other_gain->ratio, 1.005, 0.001);
+  const std::string told = other_gain_text(scored, 25.4, " mm");
+  EXPECT_EQ(told.rfind("a gain 0.", 0), 0U) << told;
+  EXPECT_NE(told.find(" mm rms: supply pressure"), std::string::npos) << told;
+  hal::SimOptions rougher = seeded(2);
+  rougher.sensor_noise_V *= 15.0;
+  EXPECT_FALSE(score_models({model}, source_of(rougher)).front().other_gain) << "noise is no gain";
+}
+
 TEST(Comparison, CannotTellFromAShortRecordWhetherAStraightModelIsOfThisPlant) {
   const Source whole = source_of(seeded(1));
   ident::StructureOptions straight;

@@ -154,6 +154,21 @@ TEST(InputTrial, FindsExchangedColumnsOfARodWithADeadBand) {
   EXPECT_EQ(found.mended_input, "--input 3 --output 2");
 }
 
+TEST(InputTrial, TellsExchangedColumnsFromAnInputThatComesLate) {
+  const VectorXd command = tones(3.0);
+  VectorXd output(kRows);
+  ident::PortableDraw draw(9);
+  double lag = 0.0;
+  for (Index k = 0; k < kRows; ++k) {  // 0.3 s behind a dead time of 0.1 s
+    output[k] = 50.0 + lag + 0.02 * draw.normal();
+    lag += (1.0 - std::exp(-kRow_s / 0.3)) * (12.0 * command[std::max<Index>(0, k - 5)] - lag);
+  }
+  const auto ladder = [](const Source& source) { return identify(source, task_of(source), {}, {}); };
+  EXPECT_EQ(ladder(record_of(output, command)).mended_input, "--input 3 --output 2");
+  const Identification late = ladder(record_of(later(command, 9), output));
+  EXPECT_EQ(late.mended_input.rfind("--input-late ", 0), 0U) << late.mended_input;
+}
+
 TEST(InputTrial, SaysOfTheRecordAloneThatItsInputIsLost) {
   const auto sentence = [](const VectorXd& input, const VectorXd& output) {
     const auto lost = lost_input(record_of(input, output));

@@ -62,6 +62,34 @@ TEST(MovingStart, DoesNotCostTheSimplerStructure) {
   EXPECT_GE(left_out, 1);
 }
 
+TEST(MovingStart, OfADeadTimeIsNoZeroInTheRightHalfPlane) {
+  constexpr double kTick_s = 0.01;
+  constexpr double kDead_s = 0.05;
+  ident::PortableDraw draw(3);
+  Source source;
+  source.name = "lag.csv";
+  source.record.step_s = kTick_s;
+  source.record.input = Eigen::VectorXd::Zero(3000);
+  for (int tone = 1; tone <= 20; ++tone) {  // at a level from the first row on, before which the plant was at rest
+    const double phase = 6.28 * draw.uniform();
+    for (Eigen::Index k = 0; k < 3000; ++k) {
+      source.record.input[k] += 0.3 * std::cos(0.314 * tone * kTick_s * static_cast<double>(k) + phase);
+    }
+  }
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(3100);
+  input.tail(3000) = source.record.input;
+  source.record.output = ident::simulate({{{12.0, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, kDead_s}, input, kTick_s).tail(3000);
+  for (double& y : source.record.output) y += 50.0 + 0.01 * draw.normal();
+  const Identification found = identify(source, task_of(source), {}, {});
+  const auto recommended = std::find_if(found.models.begin(), found.models.end(), [&](const IdentifiedModel& one) {
+    return one.result.model.name == found.recommendation.model;
+  });
+  ASSERT_NE(recommended, found.models.end());
+  const ident::TransferFunction& g = recommended->result.model.transfer_function;
+  EXPECT_EQ(g.numerator.size(), 1U) << recommended->result.model.name;
+  EXPECT_NEAR(g.delay_s, kDead_s, 0.002);
+}
+
 TEST(MovingStart, IsNoneOfARecordThatBeginsAtRest) {
   for (int seed = 1; seed <= 2; ++seed) {
     const Source source = levels_to_two_lags(0, seed);

@@ -40,6 +40,9 @@ TEST(RecordUnits, ConvertALength) {
 TEST(RecordUnits, KeepAModelWhoseUnitTheRecordHasOrDoesNotName) {
   EXPECT_EQ(in_units_of(source_in("V", "in"), model_in_inches(), "model.json").initial_output, 3.0);
   EXPECT_EQ(in_units_of(source_in("", ""), model_in_inches(), "model.json").initial_output, 3.0);
+  EXPECT_EQ(unit_taken_as_same(source_in("V", "mm"), model_in_inches()), "");
+  const std::string same = unit_taken_as_same(source_in("V", ""), model_in_inches());
+  EXPECT_NE(same.find("say so with --output-unit"), std::string::npos) << same;
 }
 
 TEST(RecordUnits, ConvertMillivoltsAndMicrometres) {

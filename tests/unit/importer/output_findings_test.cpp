@@ -142,6 +142,31 @@ TEST(LoneRows, AreFoundBesideStepsThatDoNotMoveTheRodSoFar) {
   EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{702, 1830, 1831, 2525}));
 }
 
+TEST(LoneRows, AreFoundAtSomeStepsBesideMany) {
+  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  Rod r = stepped(levels, 0.9, 0.0, 0.0);
+  std::vector<std::size_t> disturbed;
+  for (const std::size_t step : {700U, 1450U, 2500U}) {
+    for (std::size_t k = step; k < step + 3; ++k) {
+      r.output[k] = 60.0;
+      disturbed.push_back(k);
+    }
+  }
+  EXPECT_EQ(lone_rows(r.input, r.output), disturbed);
+}
+
+TEST(Units, OfAnOptionReplaceThoseOfTheFile) {
+  const test::TemporaryFolder folder;
+  std::string text = "time,u,y [in]\n";
+  for (int k = 0; k < 100; ++k) text += fmt::format("{},{},{}\n", 0.01 * k, k % 20, 50 + k % 30);
+  const auto path = folder.write("bare.csv", text);
+  EXPECT_EQ(import_record(path, {}).record.input_channel.unit, "");
+  const ident::Record record = import_record(path, {.input_unit = "mV", .output_unit = "mm"}).record;
+  EXPECT_EQ(record.input_channel.unit, "mV");
+  EXPECT_EQ(record.output_channel.unit, "mm");
+  EXPECT_EQ(record.output[0], 50.0) << "numbers stay as they are";
+}
+
 TEST(LoneRows, AreRefusedWithTheCommandsThatFillOrKeepThem) {
   const test::TemporaryFolder folder;
   const Rod clean = rod();

@@ -46,6 +46,14 @@ TEST(GainChange, IsFoundAtItsTime) {
   }
 }
 
+TEST(OtherGain, IsNearestBesideAnOffset) {
+  const Eigen::VectorXd simulated = Eigen::VectorXd::LinSpaced(500, -2.0, 7.0).array().sin();
+  const Eigen::VectorXd noise = Eigen::VectorXd::LinSpaced(500, 0.0, 400.0).array().cos() * 0.01;
+  const OtherGain found = other_gain(1.05 * simulated + noise + Eigen::VectorXd::Constant(500, 3.0), simulated);
+  EXPECT_NEAR(found.ratio, 1.05, 2e-3);
+  EXPECT_NEAR(found.rms_error, 0.01 / std::sqrt(2.0), 3e-4);
+}
+
 TEST(GainChange, IsNoDriftAndNoOtherError) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     EXPECT_FALSE(change_in([](double, double y) { return y; }, seed));

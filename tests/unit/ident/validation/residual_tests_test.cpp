@@ -177,6 +177,27 @@ TEST(ResidualTests, FindAPlantThatIsNotLinear) {
   }
 }
 
+TEST(ResidualTests, NameTwoKindsOfAPlantThatHasBoth) {
+  std::mt19937_64 draw(31);
+  const auto with_both = [](const Eigen::VectorXd& u) {
+    Eigen::VectorXd v(u.size());
+    double now = 0.0;
+    for (Eigen::Index k = 0; k < u.size(); ++k) {
+      now = std::clamp(now, u[k] - 0.08, u[k] + 0.08);
+      v[k] = std::clamp(now, -1.55, 1.55);
+    }
+    return v;
+  };
+  int named = 0;
+  for (int run = 0; run < 10; ++run) {
+    const NonlinearityTest both = tested_on(with_both, draw).nonlinearity.value();
+    const bool is_direction = both.kind == NonlinearKind::direction || both.or_kind == NonlinearKind::direction;
+    const bool is_level = both.kind == NonlinearKind::level || both.or_kind == NonlinearKind::level;
+    named += is_direction && is_level ? 1 : 0;
+  }
+  EXPECT_GE(named, 2);
+}
+
 TEST(ResidualTests, TellWhetherTheGainFallsOrGrows) {
   std::mt19937_64 draw(29);
   const auto saturated = [](const Eigen::VectorXd& u) { return Eigen::VectorXd(u.cwiseMin(1.6).cwiseMax(-1.6)); };
