@@ -370,7 +370,10 @@ std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::s
     const Json verdict = found == nullptr ? Json::object() : found->at("verdict");
     std::string reason = model + (found == nullptr ? " was not fitted" : " is " + verdict.value("word", "rejected"));
     const Json reasons = verdict.value("reasons", Json());
-    if (reasons.is_array() && !reasons.empty() && reasons.front().is_string()) {
+    if (const Json* other = model_of(rows[i].fit, rows[i].recommended); other != nullptr && is_accepted(*other)) {
+      // Another structure follows the record: what is wrong is this one, not the record.
+      reason += ", as another structure suits this record: " + rows[i].recommended;
+    } else if (reasons.is_array() && !reasons.empty() && reasons.front().is_string()) {
       reason += ": " + ident::statement_of(reasons.front().get<std::string>());
     }
     left_out.push_back({i, std::move(reason)});

@@ -318,9 +318,13 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     }
     const std::string left_over = report::left_over_sentence(first, subject);
     const std::string holds = report::first_model_sentence(first, subject);
-    if (!leak.empty()) subject.map_cause = report::MapCause::leak;
-    const bool is_bent_by_leak = run.bent_map && !is_tight(sources[run.bent_map->is_first ? 0 : i]);
-    if (run.bent_map && leak.empty()) {
+    // A leak that shifts null and dead band by less than they changed is not all of it.
+    const bool explains = run.bent_map && run.bent_map->explains;
+    if (!leak.empty()) {
+      subject.map_cause = run.bent_map && !explains ? report::MapCause::leak_and_valve : report::MapCause::leak;
+    }
+    const bool is_bent_by_leak = explains && !is_tight(sources[run.bent_map->is_first ? 0 : i]);
+    if (explains && leak.empty()) {
       subject.map_cause = is_bent_by_leak ? report::MapCause::leak : report::MapCause::friction;
     }
     // Of two runs the first line says it.
@@ -339,7 +343,15 @@ Compared described(const identify::RunComparison& comparison, const std::vector<
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
     found += with_commands(change_sentences(change, model, shows), sources, {i});
     add_changes(out.findings.sentences, titles[i], change, model, shows);
-    if (run.bent_map && leak.empty()) {
+    if (subject.map_cause == report::MapCause::leak_and_valve && report::changes_valve(change)) {
+      const std::string both = fmt::format(
+          "a leak shifts null and dead band of such a fit by up to {:.2g} {}, and they changed by more: the valve is "
+          "another one, too",
+          run.bent_map->shift, model.input_unit);
+      found += "  " + both + "\n";
+      out.findings.sentences.push_back(titles[i] + ": " + both + ".");
+    }
+    if (explains && leak.empty()) {
       const std::string bent = fmt::format(
           "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
           "valve's, so that {} alone explains their change and the valve may be the same; {}",

@@ -189,9 +189,11 @@ std::string map_caution(const Model& model) {
   });
   if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model)) return {};
   if (const std::optional<double> shift = ident::noted_shift(model); shift && !ident::is_one_way(*model.input_map)) {
+    const auto& test = model.validation->tests ? model.validation->tests->nonlinearity : std::nullopt;
+    const bool is_of_level = test && test->test.p < ident::kNonlinearLevel && ident::is_of_bent_edges(model, *test);
     return fmt::format(
-        "each may be up to {:.2g} V off the valve's, whatever its interval says: `eha characterise` measures them",
-        *shift);
+        "each may be up to {:.2g} V off the valve's{}, whatever its interval says: `eha characterise` measures them",
+        *shift, is_of_level ? ", or there is no dead band and the gain grows with the opening" : "");
   }
   if (!ident::map_note(model).empty()) return {};
   return "null and dead band +- this record's noise; friction and the structure shift them further: "

@@ -81,14 +81,14 @@ std::optional<ComparedRun::SuddenError> sudden_error(const ident::ValidationRepo
   return ComparedRun::SuddenError{*own.jump, ident::cut_beside(*own.jump, step_s), is_first};
 }
 
-/// Whether the greatest change of null and dead band is within such a shift. @param shift  none: it is not
-bool explains_valve(const std::optional<double>& shift, const ident::PlantChange& change) {
+/// Whether null or dead band changed, and by no more than such a shift.
+bool explains_valve(double shift, const ident::PlantChange& change) {
   double greatest = 0.0;
   for (const ident::ParameterChange& p : change.parameters) {
     const bool is_of_valve = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
     if (p.changed && is_of_valve) greatest = std::max(greatest, std::abs(p.after - p.before));
   }
-  return shift && greatest > 0.0 && greatest <= *shift;
+  return greatest > 0.0 && greatest <= shift;
 }
 
 /// Options by which every record is compared on samples of one step.
@@ -132,10 +132,11 @@ std::string other_level(const Source& before, const Source& after) {
   const Eigen::VectorXd& b = after.record.output;
   const double range = std::min(a.maxCoeff() - a.minCoeff(), b.maxCoeff() - b.minCoeff());
   if (!(std::abs(b.mean() - a.mean()) > kApart * range)) return {};
-  const std::string unit = ident::after_number(before.record.output_channel.unit);
   return fmt::format(
-      "the records are about {:.3g}{} and {:.3g}{}, which alone shifts the parameters of a cylinder a little", a.mean(),
-      unit, b.mean(), unit);
+      "the records are about two places, {:.0f} % of the motion apart, which alone shifts the parameters of a cylinder "
+      "a "
+      "little",
+      100.0 * std::abs(b.mean() - a.mean()) / range);
 }
 
 /// Whether more changed than another level makes: a parameter moved far, or null or dead band, which do not depend on
@@ -341,15 +342,15 @@ void take_back_for_a_jump(const OnOwnRecord& first, const OnOwnRecord& own, Comp
   claim_no_change(*run.change);
 }
 
-/// The shift of null and dead band that the poorer of two maps makes, where it explains what changed of them.
+/// The shift of null and dead band that the poorer of two maps makes; none where both fit.
 std::optional<ComparedRun::BentMap> bent_map(const ident::Model& first_model, const OnOwnRecord& first,
                                              const ComparedRun& run, const OnOwnRecord& own) {
   const std::optional<double> before = shift_on(first_model, first.validation);
   const std::optional<double> after = shift_on(run.fit.model, own.validation);
   const bool is_first = before && (!after || *before > *after);
   const std::optional<double>& greater = is_first ? before : after;
-  if (!explains_valve(greater, *run.change)) return std::nullopt;
-  return ComparedRun::BentMap{*greater, is_first};
+  if (!greater) return std::nullopt;
+  return ComparedRun::BentMap{*greater, is_first, explains_valve(*greater, *run.change)};
 }
 
 /// Why records of different inputs tell nothing where far more is left over of one; empty where no more is.

@@ -37,11 +37,12 @@ struct ComparedRun {
   double first_model_error = 0.0;            ///< rms, of the first run's model on this run [output unit]; 0: the first
   ident::OutputOfModel of_first_model = {};  ///< on this run's record; empty: the first
   bool has_other_input = false;              ///< than the first, which alone can change the parameters
-  /// A changed null or dead band that the error of one of the two maps explains, as a leak's: by how much such a fit
-  /// may be off the valve's [input unit], and on which run. None: it does not.
+  /// By how much null and dead band of a map that does not fit its own record, as with a leak, may be off the valve's
+  /// [input unit], on which run, and whether that explains what changed of them. None: both maps fit.
   struct BentMap {
     double shift = 0.0;
     bool is_first = false;
+    bool explains = false;
   };
   std::optional<BentMap> bent_map = {};
   /// A sudden lasting change of the error of a model on its own record, of one of the two: a sensor that slipped makes

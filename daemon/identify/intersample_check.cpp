@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -12,6 +14,7 @@
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/signal/kept_values.hpp"
+#include "ident/signal/value_step.hpp"
 
 namespace eha::identify {
 namespace {
@@ -26,13 +29,12 @@ constexpr double kFalls = 0.98;    // of the error, at most, to be told as a fal
 constexpr double kFarFalls = 0.7;  // the same, which leaves half of what was left over to the rows' halves
 
 /// Whether so many rows repeat the input of the row before that it is a controller's staircase, sampled off its edges:
-/// a signal that moves as much repeats none.
+/// a signal that moves as much repeats none, unless its converter is so coarse that it moves by single codes.
 bool is_staircase(const Eigen::VectorXd& input) {
   Eigen::Index repeats = 0;
-  for (Eigen::Index k = 1; k < input.size(); ++k) {
-    if (ident::is_same_value(input[k], input[k - 1])) ++repeats;
-  }
-  return static_cast<double>(repeats) > kRepeats * static_cast<double>(input.size());
+  for (Eigen::Index k = 1; k < input.size(); ++k) repeats += ident::is_same_value(input[k], input[k - 1]) ? 1 : 0;
+  return static_cast<double>(repeats) > kRepeats * static_cast<double>(input.size()) &&
+         !ident::moves_by_single_steps({input.data(), static_cast<std::size_t>(input.size())});
 }
 
 bool has_zero_or_delay(const ident::Model& model) {
@@ -117,9 +119,33 @@ std::vector<const IdentifiedModel*> without_half_row(const Identification& ident
   return closest == simplest ? std::vector{closest} : std::vector{closest, simplest};
 }
 
-/// Whether half a row lies beyond the uncertainty of the dead time; a zero has no such uncertainty here.
+/// Twice the standard error of the lags together [s], by those of the two lowest coefficients that a denominator has;
+/// infinite where they are not known.
+double uncertainty_of_lags_s(const ident::Model& model) {
+  if (ident::has_estimated_order(model)) return std::numeric_limits<double>::infinity();
+  std::vector<double> lowest;  // coefficients, of ascending powers; an integrator has none of the lowest power
+  for (const ident::Term& term : model.transfer_function.denominator) {
+    if (term.coefficient != 0.0) lowest.insert(lowest.begin(), term.coefficient);
+  }
+  if (lowest.size() < 2) return std::numeric_limits<double>::infinity();
+  lowest.resize(2);
+  double share = 0.0;
+  for (const ident::ParameterEstimate& p : model.parameters) {
+    const bool is_one = std::find(lowest.begin(), lowest.end(), p.value) != lowest.end();
+    if (p.role == ident::ParameterRole::denominator_coefficient && is_one && !p.fixed) {
+      share = std::hypot(share, p.std / std::abs(p.value));
+    }
+  }
+  const double value = lowest[1] / lowest[0];
+  return share > 0.0 ? 2.0 * share * std::abs(value) : std::numeric_limits<double>::infinity();
+}
+
+/// Whether half a row lies beyond the uncertainty of the dead time, or of the lags where there is none; a zero has no
+/// such uncertainty here.
 bool half_a_row_shows(const ident::Model& model, double half_row_s) {
-  if (!(model.transfer_function.delay_s > 0.0)) return model.transfer_function.numerator.size() > 1;
+  if (!(model.transfer_function.delay_s > 0.0)) {
+    return model.transfer_function.numerator.size() > 1 || uncertainty_of_lags_s(model) < half_row_s;
+  }
   const auto delay = std::find_if(model.parameters.begin(), model.parameters.end(),
                                   [](const ident::ParameterEstimate& p) { return p.name == "delay_s" && !p.fixed; });
   return delay != model.parameters.end() && !(2.0 * delay->std > half_row_s);

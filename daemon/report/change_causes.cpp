@@ -31,6 +31,10 @@ bool is_of_dynamics(ident::ParameterRole role) { return !is_gain(role) && !is_of
 constexpr std::string_view kLeakFirst =
     "a leak past the piston, as said above, with which `eha characterise` finds a drift inside the dead band; without "
     "one the valve (wear, dirt, the offset of its amplifier) or dry friction";
+constexpr std::string_view kLeakAndValve =
+    "the valve (wear, dirt, the offset of its amplifier), and a leak past the piston beside it, as said above: two "
+    "valve "
+    "sheets (`eha characterise`) compare the valve alone";
 constexpr std::string_view kFrictionFirst =
     "dry friction, as said above: look at seals, guides and load; else the valve (wear, dirt, the offset of its "
     "amplifier)";
@@ -80,7 +84,9 @@ std::string causes_of(const std::vector<const ident::PlantChange*>& changes, Map
     }
   }
   std::string text;
-  const std::string_view of_map = found == MapCause::leak ? kLeakFirst : kFrictionFirst;
+  const std::string_view of_map = found == MapCause::leak             ? kLeakFirst
+                                  : found == MapCause::leak_and_valve ? kLeakAndValve
+                                                                      : kFrictionFirst;
   for (const CommonCause& kind : kCommonCauses) {
     std::vector<std::string> names;
     for (const ident::PlantChange* change : changes) {

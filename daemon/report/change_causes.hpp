@@ -11,7 +11,7 @@
 namespace eha::report {
 
 /// What alone explains another valve's map.
-enum class MapCause : std::uint8_t { unknown, leak, friction };
+enum class MapCause : std::uint8_t { unknown, leak, leak_and_valve, friction };
 
 /// What on a bench commonly changes the parameters that changed, those of one kind in one sentence: "K: commonly the
 /// supply pressure, the load or the sensor's scale ...". A gain whose factor is that of two units: the units; gains

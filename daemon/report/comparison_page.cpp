@@ -232,6 +232,23 @@ Item records_item(const std::vector<ComparedSubject>& subjects) {
 
 constexpr const char* kModelsDiffer = "Where they differ, the models differ, not the rig: all are of one plant";
 
+/// Says which model leaves so much more than noise over that its curves lack a part of the plant; empty where none
+/// does.
+std::string lacks_a_part(const std::vector<ComparedSubject>& subjects) {
+  constexpr double kMostLeft_percent = 1.0;  // of the output's standard deviation
+  for (const ComparedSubject& subject : subjects) {
+    const auto& fitted = subject.model.estimation;
+    if (!fitted || 100.0 - fitted->score.fit_percent < kMostLeft_percent || ident::leaves_plain_noise(subject.model)) {
+      continue;
+    }
+    return fmt::format(
+        "The model of {} leaves {} rms over, which is more than noise: a part of that plant, as a resonance, may be "
+        "missing from its curve, and the bounds do not count it. `eha fit` of the record finds the structure.",
+        subject.label, ident::error_text(std::sqrt(fitted->score.mse), subject.model.output_unit));
+  }
+  return {};
+}
+
 Item bode_item(const std::vector<ComparedSubject>& subjects, bool is_one_plant) {
   std::vector<ReportedModel> models;
   for (const ComparedSubject& subject : subjects) {
@@ -248,8 +265,10 @@ Item bode_item(const std::vector<ComparedSubject>& subjects, bool is_one_plant) 
       has_band ? fmt::format("Grey: the usable band of {}, {}.", subjects.front().label, ident::frequencies_text(*band))
                : fmt::format("The usable band of {} is not known.", subjects.front().label);
   item.remark.good = "Curves that lie within one another's bounds.";
+  const std::string lacks = is_one_plant ? std::string() : lacks_a_part(subjects);
   item.remark.to_do =
-      is_only_map_changed(subjects)
+      !lacks.empty() ? lacks
+      : is_only_map_changed(subjects)
           ? std::string(kOnlyTheMap)
           : fmt::format("{}{}.",
                         is_one_plant ? kModelsDiffer : "Where they differ, the plants differ at that frequency",

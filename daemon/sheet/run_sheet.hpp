@@ -64,7 +64,7 @@ struct SheetRow {
   std::string name;
   std::string value;
   std::string in_rig_file = {};  ///< what [following] of the rig file, as used, says of it; empty: nothing
-  bool is_as_there = true;       ///< that lies within the interval
+  bool is_as_there = true;       ///< the two lie within their joint interval
 };
 
 /// The quantities of the sheet with their intervals or "not observed", in the unit of length for people.

@@ -176,7 +176,8 @@ std::string quantities(const RunSheet& run, const DisplayUnit& unit) {
   const std::vector<SheetRow> measured = sheet_rows(run, unit);
   for (const SheetRow& row : measured) {
     rows.push_back({row.name, row.value});
-    if (columns.size() > 2) rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", outside the interval"));
+    if (columns.size() > 2)
+      rows.back().push_back(row.in_rig_file + (row.is_as_there ? "" : ", outside the joint interval"));
   }
   const std::string warning = warning_of(run, unit);
   return fmt::format("<section class=\"verdict {}\"><h2>{}</h2>\n", warning.empty() ? "some" : "none",

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <system_error>
+#include <tuple>
 #include <vector>
 
 #include "config/valve_estimate.hpp"
@@ -74,23 +75,35 @@ std::vector<SheetRow> sheet_rows(const RunSheet& run, const DisplayUnit& unit) {
   const auto add = [&](const char* name, const std::string& value) { rows.push_back({name, value}); };
   std::optional<config::ValveEstimate> there;
   if (run.rig.limits.following) there = config::valve_estimate(*run.rig.limits.following);
+  // Half the 95 % interval of a number in the rig file, where the file gives one.
+  const auto share = [&](double config::ValveEstimate::*gain) {
+    const auto& percent = run.rig.limits.following->gain_uncertainty_percent;
+    return percent ? std::optional(0.01 * *percent * (*there).*gain) : std::nullopt;
+  };
   const auto add_beside = [&](const char* name, const Measured& measured, double config::ValveEstimate::*of_file,
-                              const Scale& scale) {
+                              const Scale& scale, const std::optional<double>& half_width) {
     SheetRow row{name, with_interval(measured, scale.factor, scale.digits, scale.unit)};
     if (there) {
-      row.in_rig_file = fmt::format("{:.{}f} {}", scale.factor * (*there).*of_file, scale.digits, scale.unit);
-      row.is_as_there = std::abs((*there).*of_file - measured.value) <= measured.half_width;
+      const Measured of_rig_file{(*there).*of_file, half_width.value_or(0.0)};
+      row.in_rig_file = half_width
+                            ? with_interval(of_rig_file, scale.factor, scale.digits, scale.unit)
+                            : fmt::format("{:.{}f} {}", scale.factor * of_rig_file.value, scale.digits, scale.unit);
+      row.is_as_there =
+          std::abs(of_rig_file.value - measured.value) <= std::hypot(measured.half_width, of_rig_file.half_width);
     }
     rows.push_back(std::move(row));
   };
   const Scale volts{1.0, 4, "V"};
   const Scale gain{factor, 5, length + "/(V s)"};
-  add_beside("null", sheet.null_V, &config::ValveEstimate::null_V, volts);
-  add_beside("half dead band", sheet.dead_band_V, &config::ValveEstimate::dead_band_V, volts);
-  add_beside("velocity gain extending", sheet.gain_positive_in_per_V_s,
-             &config::ValveEstimate::gain_positive_in_per_V_s, gain);
-  add_beside("velocity gain retracting", sheet.gain_negative_in_per_V_s,
-             &config::ValveEstimate::gain_negative_in_per_V_s, gain);
+  using Estimate = config::ValveEstimate;
+  const config::Following in_file = run.rig.limits.following.value_or(config::Following{});
+  add_beside("null", sheet.null_V, &Estimate::null_V, volts, in_file.null_uncertainty_V);
+  add_beside("half dead band", sheet.dead_band_V, &Estimate::dead_band_V, volts, in_file.dead_band_uncertainty_V);
+  for (const auto& [name, measured, of_file] :
+       {std::tuple("velocity gain extending", sheet.gain_positive_in_per_V_s, &Estimate::gain_positive_in_per_V_s),
+        std::tuple("velocity gain retracting", sheet.gain_negative_in_per_V_s, &Estimate::gain_negative_in_per_V_s)}) {
+    add_beside(name, measured, of_file, gain, there ? share(of_file) : std::nullopt);
+  }
   add("retracting / extending",
       with_interval(ratio_of(sheet.gain_negative_in_per_V_s, sheet.gain_positive_in_per_V_s), 1.0, 3, ""));
   add("hysteresis", sheet.has_hysteresis
@@ -124,6 +137,10 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   const Origin origin = origin_of(run);
   const std::string file = std::filesystem::path(origin.rig_file).filename().string();
   text += fmt::format("of {}\nby {}, sha256 {}\n", origin.run, file.empty() ? "a rig file" : file, origin.sha256);
+  if (run.rig.limits.following) {
+    text += fmt::format("in brackets: by [following], gains doubled, dead band less its {:g} V\n",
+                        config::kDeadBandSpare_V);
+  }
   if (run.cut_at_s) text += fmt::format("PARTIAL: of the {:.1f} s until late ticks ended the run\n", *run.cut_at_s);
   for (const SheetRow& row : sheet_rows(run, unit)) {
     text += fmt::format("  {:<26} {}\n", row.name, row.value);

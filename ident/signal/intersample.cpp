@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/signal/value_step.hpp"
+
 namespace eha::ident {
 namespace {
 
-constexpr double kMovingRows = 0.7;  // share of all
-constexpr double kGoingOn = 0.3;     // correlation of a row's movement with that of the row before
+constexpr double kMovingRows = 0.7;        // share of all
+constexpr double kMovingCoarseRows = 0.4;  // the same of a signal that its converter shows in single codes
+constexpr double kGoingOn = 0.3;           // correlation of a row's movement with that of the row before
 constexpr Eigen::Index kRowsBefore = 24;
 constexpr Eigen::Index kPredictedRows = 2000;
 constexpr double kFollows = 0.02;  // of the variance, left over by the rows before
@@ -83,7 +86,9 @@ double movement_within_half_a_row(const Eigen::Ref<const Eigen::VectorXd>& input
   const double energy = moved.squaredNorm();
   const auto moving = static_cast<double>((moved.array() != 0.0).count());
   const double going_on = moved.tail(moved.size() - 1).dot(moved.head(moved.size() - 1));
-  if (moving < kMovingRows * static_cast<double>(moved.size()) || !(spread > 0.0)) return 0.0;
+  const bool is_coarse = moves_by_single_steps({input.data(), static_cast<std::size_t>(input.size())});
+  const double least_moving = is_coarse ? kMovingCoarseRows : kMovingRows;
+  if (moving < least_moving * static_cast<double>(moved.size()) || !(spread > 0.0)) return 0.0;
   if (going_on < kGoingOn * energy && !follows_from_rows_before(input)) return 0.0;
   return 0.5 * std::sqrt(energy / static_cast<double>(moved.size())) / spread;
 }

@@ -5,7 +5,10 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
 namespace {
@@ -55,6 +58,18 @@ double value_step(std::span<const double> values) {
     return std::abs(steps - std::round(steps)) <= kOnGrid;
   });
   return is_grid ? least : 0.0;
+}
+
+bool moves_by_single_steps(std::span<const double> values) {
+  constexpr double kMostSteps = 3.5;
+  const double step = value_step(values);
+  if (!(step > 0.0)) return false;
+  std::vector<double> moves;
+  for (std::size_t k = 1; k < values.size(); ++k) {
+    const double move = std::abs(values[k] - values[k - 1]);
+    if (move > kOnGrid * step) moves.push_back(move);
+  }
+  return !moves.empty() && median_of(std::move(moves)) <= kMostSteps * step;
 }
 
 }  // namespace eha::ident

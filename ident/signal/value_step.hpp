@@ -10,4 +10,8 @@ namespace eha::ident {
 /// Cost O(N log N), of a fine signal O(N).
 [[nodiscard]] double value_step(std::span<const double> values);
 
+/// Whether a coarsely rounded signal moves by single steps, where it moves: a converter read it that has no finer code.
+/// A staircase moves by many. Cost as value_step()
+[[nodiscard]] bool moves_by_single_steps(std::span<const double> values);
+
 }  // namespace eha::ident

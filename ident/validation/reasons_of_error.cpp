@@ -221,6 +221,7 @@ std::string Reasons::advice_on_amplitudes() const {
   // A rod that integrates has a valve.
   if (!kind) return std::string(kMeasureTheValve);
   const NonlinearityTest& test = *model_.validation->tests->nonlinearity;
+  if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
   if (is_less_beside_larger_motions()) {
     const std::string_view effects = test.kind == NonlinearKind::level ? "dead band and friction" : "friction and play";
     const auto full = model_.provenance.find(kAtCommandLimit);
@@ -231,7 +232,6 @@ std::string Reasons::advice_on_amplitudes() const {
                                          : fmt::format("record larger amplitudes, beside which {} are small", effects);
   }
   if (*kind == NonlinearKind::position && !test.or_kind) return "record a smaller travel";
-  if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
   if (test.gain == GainTrend::falls) {
     return "measure the valve, whose sheet tells a dead band and friction from a saturation (`eha characterise`)";
   }

@@ -52,8 +52,8 @@ std::string effect_of(const NonlinearityTest& test) {
 std::string effect_of(const Model& model) {
   const NonlinearityTest& test = *model.validation->tests->nonlinearity;
   if (!is_of_bent_edges(model, test)) return effect_of(test);
-  return "level of the input, as where a leak or friction, which move the rod within the dead band of the model's map, "
-         "bend its edges";
+  return "level of the input, as where a leak, friction or a gain that grows with the opening, which move the rod "
+         "within the dead band of the model's map, bend its edges";
 }
 
 bool is_of_bent_edges(const Model& model, const NonlinearityTest& test) {

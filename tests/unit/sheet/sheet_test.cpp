@@ -68,7 +68,7 @@ TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
       << text;
   std::vector<std::string> missing;
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
-  EXPECT_NE(html.find("-0.2000 V, outside the interval"), std::string::npos);
+  EXPECT_NE(html.find("-0.2000 V, outside the joint interval"), std::string::npos);
   EXPECT_NE(html.find(">0.1550 V<"), std::string::npos);
   run.rig.limits.following = following_of(run);
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("<h2>The valve is as the rig file says</h2>"),
