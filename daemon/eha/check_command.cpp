@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 #include "config/needs_following.hpp"
 #include "config/prepared_experiment.hpp"
 #include "config/tone_grid.hpp"
+#include "core/error.hpp"
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
@@ -24,6 +26,7 @@
 #include "daemon/eha/rig_source.hpp"
 #include "daemon/eha/service_command.hpp"
 #include "daemon/rig/arming.hpp"
+#include "daemon/rig/calibration.hpp"
 #include "daemon/rig/limit_remarks.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -61,6 +64,26 @@ suggest::RigAccess access_of_rig_file(const std::string& file, const config::Rig
   return access_of(DriveOptions{.rig_file = file, .local = true});
 }
 
+/// Says that the file would bring another calibration into force than the service's.
+void warn_of_other_calibration(const config::RigConfig& rig, const ServiceRig& service, const Console& console) {
+  constexpr double kSame_in = 0.01;
+  try {
+    const config::RigConfig in_force = config::load_rig(service.file);
+    const PlaceShift shift =
+        greatest_shift(rig.limits, hal::conversion_of(in_force.backend), hal::conversion_of(rig.backend));
+    if (!(std::abs(shift.by_in) > kSame_in)) return;
+    const DisplayUnit unit = console.unit(rig.units);
+    console.warning(
+        fmt::format("its calibration of the sensor is not that of {}, in force now: with it places shift by up to "
+                    "{:+.2g} {}, and the "
+                    "travel limits with them; if the newer calibration is the other one, take its scale_in_per_V and "
+                    "offset_in over",
+                    service.file, unit.factor("in") * shift.by_in, unit.of("in")));
+  } catch (const Error& error) {  // the service's file need not be readable
+    console.debug(error.what());
+  }
+}
+
 void report_rig(const CheckCommand& command, const config::RigConfig& rig, Console& console) {
   const std::optional<ServiceRig> service = rig_of_service(command.socket, console);
   std::error_code ignored;
@@ -76,6 +99,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
   for (const std::string& sentence : limit_remarks(rig)) console.warning(sentence);
   if (lacks_following) console.warning(std::string(config::kNotFollowed));
+  if (is_same_rig && !is_of_service) warn_of_other_calibration(rig, *service, console);
   const std::string_view backend = hal::name_of(rig.backend);
   console.print_json(
       {{"schema", "eha-check/1"}, {"file", command.file}, {"kind", "rig"}, {"name", rig.name}, {"backend", backend}});
@@ -85,7 +109,12 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                   command.file, rig.name, backend, rig.limits.command_min_V, rig.limits.command_max_V,
                   rig.limits.slew_V_per_s, unit.factor("in") * rig.limits.travel_min_in,
                   unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
-  if (is_changed || (lacks_following && !(service && service->change))) {  // to be measured before it is in force
+  const bool is_of_another_rig =
+      is_changed && *following->measured_rig_check != config::measured_rig_check_of(rig.backend);
+  if (is_of_another_rig) {
+    console.next_step(suggest::without_following(console.rig()));
+  } else if (is_changed ||
+             (lacks_following && !(service && service->change))) {  // to be measured before it is in force
     console.next_step(suggest::characterise(console.rig()));
   } else if (is_of_service && service->change) {
     console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));

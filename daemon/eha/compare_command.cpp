@@ -209,6 +209,8 @@ void say_next_of_change(const identify::Source& source, const std::string& name,
                         const Console& console) {
   if (source.run_folder && changes_valve) {
     console.next_step(suggest::characterise(access_of_run(*source.run_folder)));
+  } else if (source.run_folder && command.output) {
+    return;  // its page shows more than the run's own
   } else if (source.run_folder) {
     console.next_step(report_of_run(*source.run_folder, "eha fit " + shell_word(name)));
   } else {
@@ -364,6 +366,7 @@ ExitCode execute(const CompareCommand& given, Console& console) {
   }
   console.print_json(document);
   console.print(shown.text);
+  if (command.output) console.next_step("xdg-open " + shell_word(command.output->string()));
   if (exchange) {
     console.next_step(*exchange);
   } else if (shown.changed_source && !sources.empty()) {

@@ -285,11 +285,12 @@ ExitCode execute(const RunsListCommand& command, Console& console) {
 /// Whether a fault is of the rod, its sensor or valve; those of the card and of late ticks are for `eha doctor`.
 bool is_of_rod(const Trip& trip) {
   using acquisition::Fault;
-  // The place and the speed also where the reading jumps, which no [following] makes.
-  constexpr std::array kOthers{Fault::frozen_sensor,  Fault::feedback_band, Fault::feedback_rail, Fault::not_in_place,
-                               Fault::velocity_limit, Fault::sensor_slip,   Fault::wrong_place};
-  return may_be_of_following(trip) || std::any_of(kOthers.begin(), kOthers.end(),
-                                                  [&](Fault one) { return acquisition::to_text(one) == trip.fault; });
+  constexpr std::array kOthers{Fault::frozen_sensor, Fault::feedback_band, Fault::feedback_rail, Fault::sensor_slip,
+                               Fault::wrong_place};
+  // Also where the reading jumps, which no [following] makes.
+  return may_be_of_following({.fault = trip.fault}) || std::any_of(kOthers.begin(), kOthers.end(), [&](Fault one) {
+           return acquisition::to_text(one) == trip.fault;
+         });
 }
 
 /// The rig of a run; none where its file cannot be read.

@@ -16,8 +16,14 @@ std::string times_text(double error, double of) {
   return of > 0.0 ? fmt::format(", {} times as much", ident::figure_text(error / of)) : std::string();
 }
 
-/// "; fo (0.0042 in) is rejected": of each that is not to be used.
+constexpr std::size_t kMostModels = 2;
+
+/// "; fo (0.0042 in) is rejected": of each that is not to be used, or of many their number.
 std::string others_text(const std::vector<RankedModel>& models, const std::string& unit) {
+  const auto others = std::count_if(models.begin(), models.end(), [](const auto& model) { return !model.but.empty(); });
+  if (others > static_cast<std::ptrdiff_t>(kMostModels)) {
+    return fmt::format("; {} of {} are not to be used", others, models.size());
+  }
   std::string text;
   for (const RankedModel& model : models) {
     if (model.but.empty()) continue;
@@ -55,9 +61,12 @@ std::string better_model(std::vector<RankedModel> models, const std::string& uni
   for (const RankedModel* model : alike) {
     if (model == &smallest) continue;
     has_more = has_more && model->parameters > smallest.parameters;
-    as_good.push_back(fmt::format("{} {} with {} parameters", model->label, ident::error_text(model->rms_error, unit),
-                                  model->parameters));
+    if (as_good.size() < kMostModels)
+      as_good.push_back(fmt::format("{} {} with {} parameters", model->label, ident::error_text(model->rms_error, unit),
+                                    model->parameters));
   }
+  if (const std::size_t more = alike.size() - 1 - as_good.size(); more > 0)
+    as_good.push_back(fmt::format("{} more", more));
   if (!as_good.empty()) {
     text += fmt::format(" with {} parameters, {}: errors within {:g} times are alike, and {}", smallest.parameters,
                         fmt::join(as_good, ", "), ident::kGreatestErrorOverRefit,

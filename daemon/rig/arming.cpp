@@ -347,9 +347,8 @@ ArmingFindings arming_findings(const config::RigConfig& rig) {
     (hal::moves_machine(rig.backend) ? findings.refusals : findings.warnings).push_back(valve);
   }
   if (!hal::moves_machine(rig.backend)) {
-    if (rig.limits.following && has_changed(*rig.limits.following)) {
-      findings.warnings.push_back(
-          fmt::format("{}; a rig that moves a machine would not be armed", changed_since_measured(rig)));
+    if (const char* changed = rig.limits.following ? changed_since_measured(rig) : nullptr) {
+      findings.warnings.push_back(fmt::format("{}; a rig that moves a machine would not be armed", changed));
     }
     return findings;
   }
