@@ -349,7 +349,7 @@ void add_axes(std::string& script, const Panel& panel, const Range& x_range, boo
   script += "set border 3\nset tics nomirror out scale 0.6\n" +
             (y_step(panel) > 0.0 ? fmt::format("set ytics {:.7g}\n", y_step(panel)) : "set ytics autofreq\n") +
             "set grid lt 1 lc rgb '#c8c8c8' lw 0.7 dt solid, lt 1 lc rgb '#d6d6d6' lw 0.5 dt solid\n" +
-            (panel.log_x ? "set grid mxtics\n" : "set grid nomxtics\n") +
+            (panel.log_x ? "set grid mxtics\n" : "set grid nomxtics\n") + "if (GPVAL_TERM eq 'dumb') unset grid\n" +
             (panel.has_equal_scales ? "set size ratio -1\n" : "set size noratio\n");
   if (panel.x_ticks.empty()) {
     const double step = panel.x_range || panel.log_x ? 0.0 : x_step(x_range);

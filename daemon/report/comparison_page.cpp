@@ -147,6 +147,8 @@ bool is_only_map_changed(const std::vector<ComparedSubject>& subjects) {
   for (const ComparedSubject& subject : subjects) {
     if (subject.unfit || !subject.cannot_tell.empty()) return false;
     if (!subject.change) continue;
+    // Something changed that no parameter shows.
+    if (!subject.change->changed && !subject.first_model_holds) return false;
     for (const ident::ParameterChange& p : subject.change->parameters) {
       if (!p.changed) continue;
       has_changed = true;

@@ -307,6 +307,28 @@ std::string engineering_form(const Model& model, std::string_view plus_minus) {
   return grey_box_text(model, plus_minus) + (linear.empty() ? "" : "; its linear form: " + linear);
 }
 
+namespace {
+
+/// The order of the denominator's term of a coefficient: as estimated, where its terms may stand in any order, else
+/// that of so many terms from below. @param ascending  the terms by their orders
+std::optional<double> denominator_order(const Model& model, const std::vector<Term>& ascending, std::size_t index) {
+  const std::string name = fmt::format("n{}", index);
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.role == ParameterRole::denominator_order && p.name == name) return p.value;
+  }
+  return index < ascending.size() ? std::optional(ascending[index].order) : std::nullopt;
+}
+
+/// The number of the coefficient that is 1: as the parameters have it, else by the structure.
+std::size_t normalised_coefficient(const Model& model, std::size_t terms) {
+  for (const ParameterEstimate& p : model.parameters) {
+    if (p.role == ParameterRole::denominator_coefficient && p.fixed && p.value == 1.0) return key_of(p.name, 1).index;
+  }
+  return normalised_index(terms);
+}
+
+}  // namespace
+
 std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
   const auto by_order = [](std::vector<Term> terms) {
     std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) { return a.order < b.order; });
@@ -315,15 +337,15 @@ std::string unit_of(const ParameterEstimate& parameter, const Model& model) {
   const std::vector<Term> numerator = by_order(model.transfer_function.numerator);
   const std::vector<Term> denominator = by_order(model.transfer_function.denominator);
   const std::size_t index = key_of(parameter.name, numerator.size()).index;
-  const double normalised = denominator.empty() ? 0.0 : denominator[normalised_index(denominator.size())].order;
+  const double normalised =
+      denominator_order(model, denominator, normalised_coefficient(model, denominator.size())).value_or(0.0);
   switch (parameter.role) {
     case ParameterRole::numerator_coefficient:
       return index < numerator.size() ? gain_unit(model, numerator[index].order - normalised) : "";
     case ParameterRole::denominator_coefficient: {
-      if (index >= denominator.size()) return "";
-      const double power = denominator[index].order - normalised;
-      if (std::abs(power) <= kWhole) return "";
-      return seconds_text(power);
+      const std::optional<double> order = denominator_order(model, denominator, index);
+      if (!order || std::abs(*order - normalised) <= kWhole) return "";
+      return seconds_text(*order - normalised);
     }
     case ParameterRole::delay:
       return "s";
