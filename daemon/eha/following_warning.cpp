@@ -82,7 +82,24 @@ FoundValve valve_of_model(const ident::Model& model, const std::string& name, co
           .note = ident::map_note(model)};
 }
 
+namespace {
+
+/// Whether the newest sheet beside a run has the null and dead band of a model, so that its map is not off the valve's.
+bool sheet_confirms(const ident::Model& model, const fs::path& run) {
+  if (run.empty() || !model.input_map) return false;
+  try {
+    const auto sheet_run = record::newest_sheet_run(run);
+    const auto sheet = sheet_run ? valve_of_sheet(*sheet_run) : std::nullopt;
+    return sheet && config::is_of_one_valve(sheet->map.zone, tune::found_map(model).zone);
+  } catch (const Error&) {  // a folder that the caller may not read
+    return false;
+  }
+}
+
+}  // namespace
+
 void say_map_note(const ident::Model& model, const fs::path& run, const Console& console) {
+  if (sheet_confirms(model, run)) return;
   const auto sheet = run.empty() ? ident::SheetSays::nothing : record::sheet_says_beside(run);
   if (const std::string note = ident::map_note(model, sheet); !note.empty()) {
     console.warning(fmt::format("of {}: {}", model.name, note));

@@ -45,7 +45,8 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
 /// Warns of the leak that the newest valve sheet beside a run shows. @returns whether there is one
 bool warn_of_leak(const std::filesystem::path& run, const Console& console, const std::string& units);
 
-/// Says what the error of the map of a model means, with the model's name; nothing where the map fits.
+/// Says what the error of the map of a model means, with the model's name; nothing where the map fits, or where the
+/// newest valve sheet beside the run has the same null and dead band.
 /// @param run  of its record; empty: it is of none
 void say_map_note(const ident::Model& model, const std::filesystem::path& run, const Console& console);
 
