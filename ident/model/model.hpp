@@ -122,9 +122,9 @@ struct ResidualDrift {
 };
 
 /// Kinds of deviation of a plant from a linear one, see nonlinear_effects().
-enum class NonlinearKind { level, direction, motion, position };
+enum class NonlinearKind { level, direction, motion, position, time };
 
-/// "level", "direction", "motion" or "position", as in model files.
+/// "level", "direction", "motion", "position" or "time", as in model files.
 [[nodiscard]] std::string_view text(NonlinearKind kind);
 
 /// How the plant's gain changes where the input grows: it falls as where something saturates, and grows as beyond a
@@ -139,7 +139,8 @@ struct NonlinearityTest {
   ResidualTest test;                          ///< all kinds together
   NonlinearKind kind = NonlinearKind::level;  ///< the kind that explains most of the residual
   GainTrend gain = GainTrend::unknown;        ///< beside the model's, of kind level
-  /// The kind that explains as much, as far as the record tells, or what `kind` leaves over; none where `kind` is clear.
+  /// The kind that explains as much, as far as the record tells, or what `kind` leaves over; none where `kind` is
+  /// clear.
   std::optional<NonlinearKind> or_kind = {};
 };
 

@@ -216,8 +216,8 @@ NonlinearityTest read_nonlinearity(const Node& node) {
   object.read("kind", kind);
   std::string other;
   if (object.has("or_kind")) object.read("or_kind", other);
-  for (const NonlinearKind known :
-       {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion, NonlinearKind::position}) {
+  for (const NonlinearKind known : {NonlinearKind::level, NonlinearKind::direction, NonlinearKind::motion,
+                                    NonlinearKind::position, NonlinearKind::time}) {
     if (kind == text(known)) nonlinearity.kind = known;
     if (other == text(known)) nonlinearity.or_kind = known;
   }

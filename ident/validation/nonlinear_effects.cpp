@@ -157,9 +157,11 @@ std::string_view text(NonlinearKind kind) {
     case NonlinearKind::motion:
       return "motion";
     case NonlinearKind::position:
+      return "position";
+    case NonlinearKind::time:
       break;
   }
-  return "position";
+  return "time";
 }
 
 std::string_view text(GainTrend trend) {
@@ -205,6 +207,10 @@ std::vector<NonlinearEffects> nonlinear_effects(const Model& model, OutputOnReco
   columns.add(y.array().square().matrix(), kOutputLags);
   columns.add(y.array().cube().matrix(), kOutputLags);
   all.push_back(columns.taken(NonlinearKind::position));
+  const Eigen::ArrayXd time = Eigen::ArrayXd::LinSpaced(driving.size(), -1.0, 1.0);
+  columns.add_through_plant(v * time);
+  columns.add_through_plant(v * time.square());
+  all.push_back(columns.taken(NonlinearKind::time));
   return all;
 }
 

@@ -27,7 +27,8 @@ inline constexpr Eigen::Index kOddLevel = 4;
 ///   level:     G |v|, G v|v|, G v^3, and |v|, v|v|, v^3 at three lags: a gain or an opening that changes with v;
 ///   direction: G d, and d at three lags: play, hysteresis, a limited rate;
 ///   motion:    the sign of y's change at lags 0, 1, 3: dry friction;
-///   position:  G(v y), and y^2, y^3 at lags 0, 1, 3: a gain that changes with the position, a bent sensor.
+///   position:  G(v y), and y^2, y^3 at lags 0, 1, 3: a gain that changes with the position, a bent sensor;
+///   time:      G(v t), G(v t^2), with t from -1 to 1 over the record: a gain that drifts, as in oil that warms up.
 /// Lags count compared rows, those of the input from least_input_lag() on. Uses the model's output, not the measured
 /// one, which contains noise.
 /// @param first  first compared row wanted, at least 4

@@ -75,6 +75,8 @@ class Reasons {
   [[nodiscard]] std::string greater_amplitudes() const;
   /// Whether another sentence asks for smaller amplitudes: the output stands at an end, or the plant saturates.
   [[nodiscard]] bool asks_for_smaller_amplitudes() const;
+  /// Whether time alone is what the model leaves over.
+  [[nodiscard]] bool drifts_in_gain() const;
   /// Whether a model that comes to rest was fitted by itself without a dead time, which a heater or a pipe has: what is
   /// left over then follows the motion, as friction's does.
   [[nodiscard]] bool may_lack_dead_time() const;

@@ -173,6 +173,10 @@ bool Reasons::asks_for_smaller_amplitudes() const {
   return (stands_at_an_end && greater_amplitudes().empty()) || (explanation_ && is_saturation(*explanation_));
 }
 
+bool Reasons::drifts_in_gain() const {
+  return nonlinear_kind(model_, verdict_) == NonlinearKind::time && !model_.validation->tests->nonlinearity->or_kind;
+}
+
 bool Reasons::may_lack_dead_time() const {
   if (verdict_.beside_ladder || model_.grey_box || model_.transfer_function.delay_s > 0.0) return false;
   const bool is_estimated = std::any_of(model_.parameters.begin(), model_.parameters.end(),

@@ -34,6 +34,8 @@ std::string_view effect_of_one(const NonlinearityTest& test) {
       return "direction of the input, as with play, hysteresis or a limited rate";
     case NonlinearKind::motion:
       return "direction of motion, as with dry friction or play";
+    case NonlinearKind::time:
+      return "time, as where the gain drifts while the oil warms up or the supply sags";
     case NonlinearKind::position:
       break;
   }

@@ -175,6 +175,12 @@ std::string Reasons::failed(const Criterion& c) const {
           c.value, where_it_matters());
     case Kind::nonlinearity:
       if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
+      if (drifts_in_gain()) {
+        return fmt::format(
+            "The plant changes during the record: what the model leaves over depends on the {} (p = {:.2g}); record "
+            "again once the rig is warm, or fit a shorter part of the record (--from, --to).",
+            effect_of(model_), c.value);
+      }
       return fmt::format(
           "At another amplitude the model is off by another amount, as the plant is not linear as the structure is: "
           "what it leaves over depends on the {}{} (p = {:.2g}); use the model at the recorded amplitudes{}.{}",
@@ -256,9 +262,9 @@ std::string Reasons::failed(const Criterion& c) const {
       const double error = std::sqrt(model_.validation->score.mse);
       return fmt::format(
           "The model errs more on unseen data than where it was estimated: {} (rms) there, {:.2g} times the {} here, "
-          "more than {:.3g}; record longer, and hold the model against another record (`eha validate`) before it is "
-          "relied on.",
-          error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit);
+          "more than {:.3g}; {}hold the model against another record (`eha validate`) before it is relied on.",
+          error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit,
+          drifts_in_gain() ? "" : "record longer, and ");
     }
     case Kind::stability_margin:
       return unstable(c);
