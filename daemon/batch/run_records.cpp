@@ -85,7 +85,7 @@ class Fit {
     const std::string source = record.source.starts_with('-') ? "./" + record.source : record.source;
     std::vector<std::string> words{program.string(), "fit",          source, "-o", (folder_ / "models").string(),
                                    "--json",         "--no-progress"};
-    own_words_ = fmt::format(" -o {} --json --no-progress", shell_quoted((folder_ / "models").string()));
+    own_output_ = " -o " + shell_quoted((folder_ / "models").string());
     words.insert(words.end(), options.begin(), options.end());
     process_ = std::make_unique<os::ChildProcess>(os::SpawnRequest{.words = std::move(words),
                                                                    .standard_output = &out_,
@@ -143,8 +143,16 @@ class Fit {
  private:
   /// A command in a message repeats what was typed; a user types neither the work folder nor what the batch reads.
   void leave_out_own_words(std::string& message) const {
-    for (std::size_t at = message.find(own_words_); at != std::string::npos; at = message.find(own_words_, at)) {
-      message.erase(at, own_words_.size());
+    // A message may name the next free folder, "models-2".
+    const bool is_quoted = own_output_.ends_with('\'');
+    const std::string output = own_output_.substr(0, own_output_.size() - (is_quoted ? 1 : 0));
+    for (std::size_t at = message.find(output); at != std::string::npos; at = message.find(output, at)) {
+      const std::size_t end = message.find_first_of(is_quoted ? "'" : " `\n", at + output.size());
+      message.erase(at, end == std::string::npos ? end : end - at + (is_quoted ? 1 : 0));
+    }
+    constexpr std::string_view kFlags = " --json --no-progress";
+    for (std::size_t at = message.find(kFlags); at != std::string::npos; at = message.find(kFlags, at)) {
+      message.erase(at, kFlags.size());
     }
   }
 
@@ -152,7 +160,7 @@ class Fit {
   fs::path folder_;
   os::FileDescriptor out_;
   os::FileDescriptor messages_;
-  std::string own_words_;  ///< of the command line, quoted for a shell
+  std::string own_output_;  ///< of the command line, quoted for a shell
   steady_clock::time_point begun_ = steady_clock::now();
   double seconds_ = 0.0;
   std::optional<os::ChildEnd> status_;

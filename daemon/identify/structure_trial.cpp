@@ -346,11 +346,13 @@ bool is_made_by_map(const Identification& identification, const ident::Model& fi
 /// so little that no test tells.
 bool may_saturate(const ident::Model& first) {
   if (first.grey_box || !first.validation || !first.validation->tests) return false;
-  if (first.validation->end_stop || first.validation->jump) return false;
+  if (first.validation->end_stop) return false;
   const auto& effect = first.validation->tests->nonlinearity;
   const bool falls = effect && ident::nonlinear_kind(first, *first.verdict) == ident::NonlinearKind::level &&
                      effect->gain == ident::GainTrend::falls;
-  return falls || (!first.verdict->accepted && wants_more_poles(first));
+  // An error that jumps is a sensor's, unless the gain says otherwise: behind a rod that integrates each motion that is
+  // cut short by a limit leaves a step.
+  return falls || (!first.validation->jump && !first.verdict->accepted && wants_more_poles(first));
 }
 
 /// Notes that the trial explains what the models leave over, where it errs clearly less than they do.

@@ -39,10 +39,13 @@ RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
   if (lost_percent > config::kMostLostRows_percent) {
     throw RowsMissing(fmt::format(
         "{}: no valve sheet: {} of {} rows ({:.2g} %) were not measured, at most {:g} % may be: the computer did "
-        "not keep the ticks, or the sensor did not deliver. Repeat the run when the computer does nothing else; if "
+        "not keep the ticks, or the sensor did not deliver. Repeat the run {}; if "
         "rows are lost again, `eha doctor` and `eha latency` say what keeps it busy",
         folder.string(), run.record.unmeasured.size(), run.record.output.size(), lost_percent,
-        config::kMostLostRows_percent));
+        config::kMostLostRows_percent,
+        run.manifest.other.contains(nlohmann::ordered_json::json_pointer("/rig/sim"))
+            ? "with --fast, which no load of the computer disturbs"
+            : "when the computer does nothing else"));
   }
   RunSheet found{.folder = run.folder,
                  .opened = run.opened,

@@ -138,15 +138,14 @@ std::string sheet_text(const RunSheet& run, const DisplayUnit& unit) {
   const std::string file = std::filesystem::path(origin.rig_file).filename().string();
   text += fmt::format("of {}\nby {}, sha256 {}\n", origin.run, file.empty() ? "a rig file" : file, origin.sha256);
   if (run.rig.limits.following) {
-    text += fmt::format("in brackets: by [following], gains doubled, dead band less its {:g} V\n",
+    text += fmt::format("file: what the rig file says, its gains doubled, its dead band less {:g} V\n",
                         config::kDeadBandSpare_V);
   }
   if (run.cut_at_s) text += fmt::format("PARTIAL: of the {:.1f} s until late ticks ended the run\n", *run.cut_at_s);
   for (const SheetRow& row : sheet_rows(run, unit)) {
     text += fmt::format("  {:<26} {}\n", row.name, row.value);
     if (row.in_rig_file.empty()) continue;
-    text += fmt::format("  {:<26} ({} in the rig file: {})\n", "", row.in_rig_file,
-                        row.is_as_there ? "as before" : "CHANGED");
+    text += fmt::format("  {:<26} (file: {}, {})\n", "", row.in_rig_file, row.is_as_there ? "as before" : "CHANGED");
   }
   return text;
 }

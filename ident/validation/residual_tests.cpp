@@ -132,6 +132,7 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
   double most = -std::numeric_limits<double>::infinity();
   double next = most;
   double named = 0.0;  // statistic of the kind that is named
+  double drift = 0.0;  // of time
   NonlinearKind next_kind = found.kind;
   // A wrong model has wrong parameters; their errors would explain a part of level and position.
   Eigen::MatrixXd linear(past.rows(), past.cols() + innovations.parameters);
@@ -144,7 +145,11 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
     const ResidualTest one = test_along(innovations, basis_of(beside(columns, linear_basis)));
     // BIC of the effects of each kind; the p values of strong effects are all 0.
     const double gain = one.statistic - static_cast<double>(one.degrees) * std::log(innovations.freedom);
-    if (one.degrees > 0 && gain > most) {
+    if (effects.kind == NonlinearKind::time) {
+      // A drift of few columns rivals any kind where the input happens to be another one later; it is one where it is
+      // nearly all there is.
+      drift = one.statistic;
+    } else if (one.degrees > 0 && gain > most) {
       next = std::exchange(most, gain);
       next_kind = found.kind;
       found.kind = effects.kind;
@@ -152,7 +157,7 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
       found.gain =
           effects.kind == NonlinearKind::level ? gain_trend(innovations, whitened, linear_basis) : GainTrend::unknown;
     }
-    if (one.degrees > 0 && gain > next && effects.kind != found.kind) {
+    if (effects.kind != NonlinearKind::time && one.degrees > 0 && gain > next && effects.kind != found.kind) {
       next = gain;
       next_kind = effects.kind;
     }
@@ -160,6 +165,11 @@ NonlinearityTest nonlinearity_test(const TestedPart& part, const Innovations& in
     all.rightCols(columns.cols()) = columns;
   }
   found.test = test_along(innovations, basis_of(all));
+  if (drift > named && drift >= kMostOfAll * found.test.statistic) {
+    found.kind = NonlinearKind::time;
+    found.gain = GainTrend::unknown;
+    return found;
+  }
   const bool is_part = next > 0.0 && named < kMostOfAll * found.test.statistic;
   if (most - next < kTellsApart || is_part) found.or_kind = next_kind;
   return found;

@@ -87,7 +87,8 @@ std::string_view verdict_word(const Verdict& verdict) {
 
 std::string_view meaning_of(std::string_view verdict_word) {
   if (verdict_word == kNotNeeded) {
-    return "describes the record as well as the recommended model, with a parameter more than the record shows";
+    return "describes the record as well as the recommended model, with a parameter of its own that the record does "
+           "not show";
   }
   if (verdict_word == kNotDetermined) {
     return "describes the record, which does not determine each of its parameters";

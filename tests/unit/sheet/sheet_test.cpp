@@ -58,18 +58,20 @@ TEST(ValveSheetText, FitsAnOrdinaryTerminalAndSaysWhatWasNotObserved) {
 TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
   RunSheet run = example();
   run.rig.limits.following->null_V = -0.2;
-  run.rig.limits.following->dead_band_V = 0.155 + config::kDeadBandSpare_V;
+  run.rig.limits.following->null_uncertainty_V.reset();
+  run.rig.limits.following->dead_band_V = 0.148 + config::kDeadBandSpare_V;
+  run.rig.limits.following->dead_band_uncertainty_V = 0.01;
   std::string text = sheet_text(run, DisplayUnit("in"));
-  EXPECT_NE(text.find("-0.2100 +- 0.0060 V\n                             (-0.2000 V in the rig file: CHANGED)\n"),
+  EXPECT_NE(text.find("-0.2100 +- 0.0060 V\n                             (file: -0.2000 V, CHANGED)\n"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("0.1600 +- 0.0070 V\n                             (0.1550 V in the rig file: as before)\n"),
+  EXPECT_NE(text.find("0.1600 +- 0.0070 V\n                             (file: 0.1480 +- 0.0100 V, as before)\n"),
             std::string::npos)
       << text;
   std::vector<std::string> missing;
   const std::string html = sheet_page(run, DisplayUnit("in"), missing);
   EXPECT_NE(html.find("-0.2000 V, outside the joint interval"), std::string::npos);
-  EXPECT_NE(html.find(">0.1550 V<"), std::string::npos);
+  EXPECT_NE(html.find(">0.1480 ± 0.0100 V<"), std::string::npos);
   run.rig.limits.following = following_of(run);
   EXPECT_NE(sheet_page(run, DisplayUnit("in"), missing).find("<h2>The valve is as the rig file says</h2>"),
             std::string::npos);
@@ -78,7 +80,7 @@ TEST(ValveSheetText, NamesWhatTheRigFileSaysOtherwise) {
             std::string::npos);
   run.rig.limits.following.reset();
   text = sheet_text(run, DisplayUnit("in"));
-  EXPECT_EQ(text.find("in the rig file"), std::string::npos) << text;
+  EXPECT_EQ(text.find("file: "), std::string::npos) << text;
   EXPECT_EQ(sheet_page(run, DisplayUnit("in"), missing).find("by [following] as used"), std::string::npos);
 }
 
