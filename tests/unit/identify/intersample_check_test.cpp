@@ -91,6 +91,17 @@ TEST(InputBetweenRows, IsStraightForSeveralFilesTogetherOrForNone) {
   EXPECT_FALSE(together({run, run})) << "a run's input is held";
 }
 
+TEST(IntersampleAdvice, SaysThatALagMayHoldHalfARow) {
+  Source noisy = source_of(Input::sampled);
+  ident::PortableDraw draw(11);
+  for (double& y : noisy.record.output) y += 0.2 * draw.normal();
+  EXPECT_NE(advice_on(noisy).find("its lags together are 25 ms (half a row) longer"), std::string::npos)
+      << advice_on(noisy);
+  Source coarse = noisy;  // as of an oscilloscope, whose codes repeat
+  for (double& u : coarse.record.input) u = 0.1 * std::round(10.0 * u);
+  EXPECT_NE(advice_on(coarse), "");
+}
+
 TEST(IntersampleAdvice, SaysThatADeadTimeMayLackHalfARow) {
   const std::string advice = advice_on(source_of(Input::sampled, 12), ident::Freedom::free);
   EXPECT_NE(advice.find("half a row longer"), std::string::npos) << advice;

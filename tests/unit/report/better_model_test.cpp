@@ -23,5 +23,19 @@ TEST(BetterModel, IsNoneThatIsRejectedOrOfAnotherPlant) {
   EXPECT_EQ(better_model({{"fo", 0.001, 5, "rejected"}}, ""), "use none of them; fo (0.001) is rejected");
 }
 
+TEST(BetterModel, OfManyNamesTwoBesideIt) {
+  EXPECT_EQ(better_model({{"a", 0.010, 5},
+                          {"b", 0.011, 6},
+                          {"c", 0.012, 6},
+                          {"d", 0.013, 6},
+                          {"e", 0.014, 6},
+                          {"f", 0.1, 5, "rejected"},
+                          {"g", 0.2, 5, "rejected"},
+                          {"h", 0.3, 5, "rejected"}},
+                         "mm"),
+            "use a: rms error 0.01 mm with 5 parameters, b 0.011 mm with 6 parameters, c 0.012 mm with 6 parameters, 2 "
+            "more: errors within 1.5 times are alike, and it has the fewest parameters; 3 of 8 are not to be used");
+}
+
 }  // namespace
 }  // namespace eha::report

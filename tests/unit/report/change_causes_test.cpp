@@ -43,6 +43,7 @@ TEST(ChangeCauses, BeginWithWhatTheRecordsShow) {
   add(change, "null", ident::ParameterRole::valve_null, 1.2);
   EXPECT_TRUE(causes_of({&change}, MapCause::leak).starts_with("null: a leak past the piston, as said above"))
       << causes_of({&change}, MapCause::leak);
+  EXPECT_TRUE(causes_of({&change}, MapCause::leak_and_valve).starts_with("null: the valve (wear, dirt, "));
   EXPECT_TRUE(causes_of({&change}, MapCause::friction).starts_with("null: dry friction, as said above"));
 }
 

@@ -177,6 +177,19 @@ TEST(ResidualTests, FindAPlantThatIsNotLinear) {
   }
 }
 
+TEST(ResidualTests, NameTimeWhereTheGainDrifts) {
+  std::mt19937_64 draw(41);
+  const auto warming = [](const Eigen::VectorXd& u) {
+    return Eigen::VectorXd(u.array() * Eigen::ArrayXd::LinSpaced(u.size(), 0.9, 1.1));
+  };
+  for (int run = 0; run < 10; ++run) {
+    const NonlinearityTest drift = tested_on(warming, draw).nonlinearity.value();
+    EXPECT_LT(drift.test.p, 1e-6) << run;
+    EXPECT_EQ(drift.kind, NonlinearKind::time) << run;
+    EXPECT_FALSE(drift.or_kind) << run;
+  }
+}
+
 TEST(ResidualTests, NameTwoKindsOfAPlantThatHasBoth) {
   std::mt19937_64 draw(31);
   const auto with_both = [](const Eigen::VectorXd& u) {
