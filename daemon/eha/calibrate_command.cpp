@@ -435,7 +435,8 @@ ExitCode execute(const CalibrateCommand& command, Console& console) {
   }
   // Places that shift are compared with the ruler before the rig is armed.
   const InForce then = shift.empty() ? InForce::arm : InForce::read;
-  console.next_step("eha check " + made + (is_of_service ? " && " + put_in_force(path, *of_service, socket, then) : ""));
+  console.next_step("eha check " + made +
+                    (is_of_service ? " && " + put_in_force(path, *of_service, socket, then) : ""));
   return ExitCode::ok;
 }
 

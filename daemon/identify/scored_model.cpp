@@ -62,9 +62,8 @@ void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& s
   scored.of_another_plant =
       is_hopeless || (moves_by(is_far ? 1.0 : kShiftByExperiment) && ratio > ident::kGreatestErrorOverRefit);
   // Without a map a plant behind a valve is another straight one at other amplitudes, however far that is off.
-  const bool is_beyond_inputs = model.input_map
-                                    ? moves_by(kShiftByOtherInput)
-                                    : holds_for_other_inputs(model, scored.refit->model, *scored.change);
+  const bool is_beyond_inputs = model.input_map ? moves_by(kShiftByOtherInput)
+                                                : holds_for_other_inputs(model, scored.refit->model, *scored.change);
   if (scored.of_another_plant && !is_beyond_inputs && was_recorded_with_other_input(model, source)) {
     scored.of_another_plant = false;
     scored.cannot_tell =

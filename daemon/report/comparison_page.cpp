@@ -240,7 +240,8 @@ std::string lacks_a_part(const std::vector<ComparedSubject>& subjects) {
   constexpr double kMostLeft_percent = 1.0;  // of the output's standard deviation
   for (const ComparedSubject& subject : subjects) {
     const auto& fitted = subject.model.estimation;
-    if (!fitted || !fitted->noise || 100.0 - fitted->score.fit_percent < kMostLeft_percent || ident::leaves_plain_noise(subject.model)) {
+    if (!fitted || !fitted->noise || 100.0 - fitted->score.fit_percent < kMostLeft_percent ||
+        ident::leaves_plain_noise(subject.model)) {
       continue;
     }
     return fmt::format(
