@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/capitalised.hpp"
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
@@ -347,6 +348,11 @@ ExitCode execute(const CompareCommand& given, Console& console) {
     document = described(scored, models, files, sources.front()).document;
     for (std::size_t i = 0; i < scored.size(); ++i) scored[i] = converted(scored[i], unit, models[i].output_unit);
     shown = described(scored, shown_models, files, sources.front());
+    // The page is read by who has not seen the terminal.
+    for (const std::string& file : files) {
+      const std::string own = own_record_text(file, sources.front());
+      if (!own.empty()) shown.findings.sentences.push_back(capitalised(own) + ".");
+    }
   } else {
     document = described(models, files).document;
     shown = described(shown_models, files);

@@ -70,19 +70,23 @@ ident::Intersample intersample_for(const std::optional<ident::Intersample>& give
   return own;
 }
 
-void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console) {
-  if (!source.run_folder) return;
+std::string own_record_text(const std::string& model_file, const identify::Source& source) {
+  if (!source.run_folder) return {};
   std::error_code ignored;
   const std::filesystem::path folder = std::filesystem::canonical(*source.run_folder, ignored);
   for (std::filesystem::path at = std::filesystem::canonical(model_file, ignored); at.has_relative_path();
        at = at.parent_path()) {
     if (at.parent_path() != folder) continue;
-    console.warning(fmt::format(
-        "{} was estimated on this very run, {}: that it fits says nothing about the rig since; name a later "
-        "run, `eha runs` lists them",
-        model_file, folder.filename().string()));
-    return;
+    return fmt::format(
+        "{} was estimated on this very run, {}: that it fits says nothing about the rig since; name a later run, `eha "
+        "runs` lists them",
+        model_file, folder.filename().string());
   }
+  return {};
+}
+
+void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console) {
+  if (const std::string text = own_record_text(model_file, source); !text.empty()) console.warning(text);
 }
 
 }  // namespace eha::cli

@@ -29,7 +29,9 @@ namespace eha::cli {
 [[nodiscard]] ident::Intersample intersample_for(const std::optional<ident::Intersample>& given,
                                                  const ident::Model& model, const Console& console);
 
-/// Warns if a model was estimated from the same run that it is now judged by: that says nothing about the rig of today.
+/// Says that a model was estimated on the very run that scores it; empty where it was not, and of a file.
+[[nodiscard]] std::string own_record_text(const std::string& model_file, const identify::Source& source);
+/// Warns of that.
 void warn_of_own_record(const std::string& model_file, const identify::Source& source, const Console& console);
 
 }  // namespace eha::cli

@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/capitalised.hpp"
 #include "daemon/eha/compared_parts.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/wrapped_text.hpp"
+#include "daemon/identify/compared_records.hpp"
 #include "daemon/report/better_model.hpp"
 #include "daemon/report/change_causes.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/map_error.hpp"
 #include "ident/validation/verdict.hpp"
 
 // The answer on models that are compared without a record.
@@ -24,6 +27,7 @@ using Json = nlohmann::ordered_json;
 std::string pair_text(const report::ComparedSubject& first, const report::ComparedSubject& subject,
                       bool is_one_record) {
   if (is_one_record) return "two models of one record, so of one plant";
+  if (!subject.cannot_tell.empty()) return "Not shown whether the plant has changed: " + subject.cannot_tell;
   if (subject.change->parameters.empty())
     return "Not shown whether the plants differ: no parameter of both is estimated";
   if (first.model.name != subject.model.name) {
@@ -85,6 +89,17 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     const bool are_of_one_record = is_one_record(record_of(models.front()), record_of(models[i]));
     const bool tells_plants = !are_of_one_record && models.front().name == models[i].name;
     const Shows shows = tells_plants ? Shows::change : Shows::difference;
+    const double shift =
+        std::max(ident::noted_shift(models.front()).value_or(0.0), ident::noted_shift(models[i]).value_or(0.0));
+    const bool is_bent = tells_plants && identify::explains_valve(shift, change);
+    const bool is_map_alone = std::all_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
+      return !p.changed || p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
+    });
+    const std::string bent = fmt::format(
+        "null and dead band of such fits may be up to {:.2g} {} off the valve's, as where oil leaks past the piston or "
+        "friction bends the edges, which alone explains their change; compare the runs, or two valve sheets",
+        shift, models[i].input_unit);
+    if (is_bent && is_map_alone) out.subjects.back().cannot_tell = bent;
     const std::string says = pair_text(out.subjects.front(), out.subjects.back(), are_of_one_record);
     add_changes(out.findings.sentences, titles[i], change, models[i], shows);
     if (are_of_one_record) {
@@ -95,8 +110,13 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     if (models.size() > 2) found += fmt::format("{} and {}: {}\n", titles.front(), titles[i], says);
     if (!change.parameters.empty() || !change.other_unit.empty()) found += change_sentences(change, models[i], shows);
     if (!change.parameters.empty()) found += table_of(out.subjects.front(), out.subjects.back(), shows);
+    if (is_bent) {
+      found += capitalised(bent) + "\n";
+      out.findings.sentences.push_back(capitalised(bent) + ".");
+    }
     entries.push_back({{"file", files[i]}, {"change", change_json(change, models[i])}});
-    if (tells_plants) changes.push_back(change);
+    if (is_bent) entries.back()["map_shift"] = shift;
+    if (tells_plants && out.subjects.back().cannot_tell.empty()) changes.push_back(change);
   }
   out.findings.is_one_plant = std::all_of(models.begin() + 1, models.end(), [&](const ident::Model& model) {
     return is_one_record(record_of(models.front()), record_of(model));

@@ -257,9 +257,12 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
   }
   if (!track::goes_to_plc(result, unit)) {
     console.print(
-        result.leak
-            ? fmt::format("No controller of a rig that leaks goes to a PLC: {}.", ident::kRepairFirst)
-            : std::string("The controller goes to no PLC yet: its promise was not kept, or the valve is another one."));
+        result.leak ? fmt::format("No controller of a rig that leaks goes to a PLC: {}.", ident::kRepairFirst)
+        : result.is_kept()
+            ? std::string(
+                  "The controller goes to no PLC on this trial alone, by which the valve is not quite the one that "
+                  "it was made for: the whole trial, `eha track` without a reference, decides.")
+            : std::string("The controller goes to no PLC yet: its promise was not kept."));
   } else if (const std::string& controller = console.rig().controller; !controller.empty()) {
     console.print(
         fmt::format("The controller for a PLC, C, MATLAB: {} (or c, simulink)", suggest::export_for_plc(controller)));

@@ -47,4 +47,8 @@ inline constexpr double kShiftByOtherInput = 4.0;
 [[nodiscard]] bool holds_for_other_inputs(const ident::Model& before, const ident::Model& after,
                                           const ident::PlantChange& change);
 
+/// Whether null or dead band changed, and by no more than a map that does not fit its record may be off the valve's.
+/// @param shift  as of ident::noted_shift() [input unit]
+[[nodiscard]] bool explains_valve(double shift, const ident::PlantChange& change);
+
 }  // namespace eha::identify

@@ -81,16 +81,6 @@ std::optional<ComparedRun::SuddenError> sudden_error(const ident::ValidationRepo
   return ComparedRun::SuddenError{*own.jump, ident::cut_beside(*own.jump, step_s), is_first};
 }
 
-/// Whether null or dead band changed, and by no more than such a shift.
-bool explains_valve(double shift, const ident::PlantChange& change) {
-  double greatest = 0.0;
-  for (const ident::ParameterChange& p : change.parameters) {
-    const bool is_of_valve = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
-    if (p.changed && is_of_valve) greatest = std::max(greatest, std::abs(p.after - p.before));
-  }
-  return greatest > 0.0 && greatest <= shift;
-}
-
 /// Options by which every record is compared on samples of one step.
 /// @throws DataError  the rows of two records do not allow that
 std::vector<ident::FitOptions> of_one_step(const std::vector<Source>& sources, std::vector<std::string>& notes) {
@@ -445,6 +435,10 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       }
     }
     if (run.cannot_tell.empty() && run.has_other_input) run.cannot_tell = far_other_left_over(run, first, sources[i]);
+    if (run.cannot_tell.empty() && (!first.frozen.empty() || !sources[i].frozen.empty())) {
+      run.cannot_tell = fmt::format("the sensor froze on {}; cut it as its warning says, and compare again",
+                                    (first.frozen.empty() ? sources[i] : first).name);
+    }
     if (!structure.structure.input_map.valve && run.cannot_tell.empty()) {
       run.cannot_tell = other_length(before.fit.model, first, run.fit.model, sources[i]);
     }

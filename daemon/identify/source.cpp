@@ -34,6 +34,18 @@ void refuse_options(const std::string& name, const importer::Options& options) {
                   name));
 }
 
+/// Says that an input goes beyond the volts of any valve amplifier, as one in millivolts does.
+std::string implausible_volts(const ident::Record& record) {
+  constexpr double kMost_V = 60.0;
+  if (record.input_channel.unit != "V" || record.input.size() == 0) return {};
+  const double greatest = record.input.cwiseAbs().maxCoeff();
+  if (!(greatest > kMost_V)) return {};
+  return fmt::format(
+      "the input goes to {:.4g} V, more than a valve's amplifier takes: if these are millivolts, --input-unit mV says "
+      "so, and gain and map are a thousand times off without it",
+      greatest);
+}
+
 /// Leaves out the rows of a run before --from and after --to.
 void cut(Source& source, const importer::Options& options) {
   if (!options.from_s && !options.to_s) return;
@@ -96,6 +108,9 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
           fmt::format("the unit \"{}\" of {} is none that eha knows and is kept as it is; if {} is meant, "
                       "correct the header or give --input-unit or --output-unit",
                       channel.unit, channel.name, meant));
+    }
+    if (std::string sentence = implausible_volts(source.record); !sentence.empty()) {
+      source.remarks.push_back(std::move(sentence));
     }
     const std::filesystem::path folder = std::filesystem::absolute(name, ignored).parent_path();
     if (std::filesystem::path(name).filename().string().starts_with("data_") && record::is_run_folder(folder)) {

@@ -186,6 +186,45 @@ TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
   EXPECT_NE(first.find("cut to a part with such (" + explained->options + ")"), std::string::npos) << first;
 }
 
+TEST(StructureTrial, HoldsTheMapOfAPumpWhereTheNoiseDecidesItsOtherSide) {
+  int recommended = 0;
+  for (int seed = 1; seed <= 8; ++seed) {
+    constexpr Eigen::Index kPumpRows = 4000;
+    constexpr double kPumpRow_s = 0.05;
+    ident::PortableDraw draw(seed);
+    const Eigen::Vector3d phases(6.28 * draw.uniform(), 6.28 * draw.uniform(), 6.28 * draw.uniform());
+    Eigen::VectorXd current(kPumpRows);
+    Eigen::VectorXd driving(kPumpRows);
+    for (Eigen::Index k = 0; k < kPumpRows; ++k) {
+      const double t = kPumpRow_s * static_cast<double>(k);
+      const double tones = 4.0 * std::sin(0.188 * t + phases[0]) + 3.0 * std::sin(0.691 * t + phases[1]) +
+                           2.5 * std::sin(2.325 * t + phases[2]);
+      current[k] = 0.01 * std::round(100.0 * std::max(4.0, 8.0 + tones));
+      driving[k] = std::max(0.0, current[k] - 5.2);
+    }
+    Source source;
+    source.name = "pump.csv";
+    source.record.step_s = kPumpRow_s;
+    source.record.input = current;
+    source.record.input_channel = {"current", "mA"};
+    source.record.output_channel = {"flow", "l/min"};
+    source.record.output = ident::simulate({{{1.5, 0.0}}, {{0.35, 1.0}, {1.0, 0.0}}, 0.0}, driving, kPumpRow_s);
+    for (double& y : source.record.output) y = 0.01 * std::round(100.0 * (y + 0.03 * draw.normal()));
+    const Identification found = identify(source, task_of(source), {}, {});
+    SCOPED_TRACE(found.recommendation.model + ": " + found.recommendation.reason);
+    for (const IdentifiedModel& one : found.models) {
+      const ident::Model& model = one.result.model;
+      if (model.name != found.recommendation.model) continue;
+      ASSERT_TRUE(model.input_map);
+      ++recommended;
+      const ident::TransferFunction& g = model.transfer_function;
+      EXPECT_NEAR(g.numerator.back().coefficient / g.denominator.back().coefficient, 1.5, 0.02) << seed;
+      EXPECT_GT(model.input_map->negative_gain_ratio, -0.06) << seed;
+    }
+  }
+  EXPECT_EQ(recommended, 8);
+}
+
 TEST(StructureTrial, AdvisesNothingWhereTheStructureIsThePlants) {
   const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
   for (const int seed : {3, 4, 5}) {
