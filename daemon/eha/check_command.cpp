@@ -75,9 +75,8 @@ void warn_of_other_calibration(const config::RigConfig& rig, const ServiceRig& s
     const DisplayUnit unit = console.unit(rig.units);
     console.warning(
         fmt::format("its calibration of the sensor is not that of {}, in force now: with it places shift by up to "
-                    "{:+.2g} {}, and the "
-                    "travel limits with them; if the newer calibration is the other one, take its scale_in_per_V and "
-                    "offset_in over",
+                    "{:+.2g} {}, and the travel limits with them; if the newer calibration is the other one, take its "
+                    "scale_in_per_V and offset_in over",
                     service.file, unit.factor("in") * shift.by_in, unit.of("in")));
   } catch (const Error& error) {  // the service's file need not be readable
     console.debug(error.what());

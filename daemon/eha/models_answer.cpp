@@ -92,14 +92,11 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     const double shift =
         std::max(ident::noted_shift(models.front()).value_or(0.0), ident::noted_shift(models[i]).value_or(0.0));
     const bool is_bent = tells_plants && identify::explains_valve(shift, change);
-    const bool is_map_alone = std::all_of(change.parameters.begin(), change.parameters.end(), [](const auto& p) {
-      return !p.changed || p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
-    });
     const std::string bent = fmt::format(
         "null and dead band of such fits may be up to {:.2g} {} off the valve's, as where oil leaks past the piston or "
         "friction bends the edges, which alone explains their change; compare the runs, or two valve sheets",
         shift, models[i].input_unit);
-    if (is_bent && is_map_alone) out.subjects.back().cannot_tell = bent;
+    if (is_bent && ident::is_of_dead_zone_alone(change)) out.subjects.back().cannot_tell = bent;
     const std::string says = pair_text(out.subjects.front(), out.subjects.back(), are_of_one_record);
     add_changes(out.findings.sentences, titles[i], change, models[i], shows);
     if (are_of_one_record) {

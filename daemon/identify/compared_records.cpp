@@ -75,8 +75,7 @@ bool holds_for_other_inputs(const ident::Model& before, const ident::Model& afte
 bool explains_valve(double shift, const ident::PlantChange& change) {
   double greatest = 0.0;
   for (const ident::ParameterChange& p : change.parameters) {
-    const bool is_of_valve = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
-    if (p.changed && is_of_valve) greatest = std::max(greatest, std::abs(p.after - p.before));
+    if (p.changed && ident::is_of_dead_zone(p.role)) greatest = std::max(greatest, std::abs(p.after - p.before));
   }
   return greatest > 0.0 && greatest <= shift;
 }

@@ -12,9 +12,10 @@ namespace eha::identify {
 
 // When two records, or a model and a record, can be told to be of two plants.
 
-inline constexpr double kHopeless = 5.0;  // times the usual error, regardless of the parameters' intervals
-inline constexpr double kHopelessFit_percent =
-    95.0;  // above which the model predicts the record, however exact a refit is
+// Times the usual error, regardless of the parameters' intervals.
+inline constexpr double kHopeless = 5.0;
+// Above it a model predicts the record, however exact a refit is.
+inline constexpr double kHopelessFit_percent = 95.0;
 // Joint intervals by which another experiment shifts a map's parameters on an unchanged plant, as straight lines stand
 // for a curved valve with friction; measured on the simulated rig with other amplitudes, tones and levels: at most 1.4.
 inline constexpr double kShiftByExperiment = 1.5;

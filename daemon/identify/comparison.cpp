@@ -136,9 +136,8 @@ bool is_beyond_other_level(const ComparedRun& run) {
   const bool errs_far_more = run.first_model_error > kHopeless * run.left_over.after;
   const std::vector<ident::ParameterChange>& all = run.change->parameters;
   return std::any_of(all.begin(), all.end(), [&](const ident::ParameterChange& p) {
-    const bool is_of_valve = p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
     const bool is_far = std::abs(p.after - p.before) > kShiftByOtherInput * p.half_width;
-    return p.changed && (is_far || (is_of_valve && errs_far_more));
+    return p.changed && (is_far || (ident::is_of_dead_zone(p.role) && errs_far_more));
   });
 }
 

@@ -19,6 +19,7 @@
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/last_round.hpp"
 #include "daemon/identify/moving_start.hpp"
+#include "daemon/identify/one_sided_map.hpp"
 #include "daemon/identify/standing_output.hpp"
 #include "daemon/identify/structure_trial.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -501,7 +502,10 @@ Identification identify(const Source& source, const IdentificationTask& task, co
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
   const std::string later = wrong ? std::string() : leave_out_moving_start(judged, identification, fit);
-  if (!wrong) try_other_structures(judged, identification, progress);
+  if (!wrong) {
+    hold_one_sided_maps(judged, identification);
+    try_other_structures(judged, identification, progress);
+  }
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (standing) identification.warnings.push_back(standing->sentence);

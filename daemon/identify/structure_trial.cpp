@@ -380,51 +380,11 @@ void note_on_models(const Trial& trial, Identification& identification) {
   }
 }
 
-/// Whether a map is refused for the sign of its gain below the dead band alone, which the record does not show: as of a
-/// pump, whose input reaches that side with its noise.
-bool may_be_one_sided(const ident::Model& model) {
-  if (!model.verdict || model.verdict->accepted || !model.input_map) return false;
-  const auto ratio = std::find_if(model.parameters.begin(), model.parameters.end(), [](const auto& p) {
-    return p.role == ident::ParameterRole::negative_gain_ratio && !p.fixed;
-  });
-  if (ratio == model.parameters.end() || !(ratio->upper95 > 0.0)) return false;
-  return std::none_of(model.verdict->criteria.begin(), model.verdict->criteria.end(), [](const ident::Criterion& c) {
-    return c.judged && !c.passed && c.kind != Kind::gain_ratio &&
-           ident::traits_of(c.kind).weight == ident::CriterionWeight::rejects;
-  });
-}
-
-/// Fits such maps again with no gain on that side, and takes the fits that hold in their place.
-void hold_one_sided_maps(const IdentificationTask& task, const ident::PreparedRecord& prepared,
-                         Identification& identification) {
-  bool any = false;
-  for (IdentifiedModel& one : identification.models) {
-    if (!may_be_one_sided(one.result.model)) continue;
-    ident::StructureOptions asked = one.structure;
-    asked.parameters.push_back({.name = "negative_gain_ratio", .fixed = true, .start = 0.0, .lower = {}, .upper = {}});
-    ident::FitOptions options = task.options;
-    options.search = ident::Search::known;
-    try {
-      ident::FitResult result = ident::fit(prepared, asked, options, thread_executor(), {one.result.model});
-      judge(task, excited_by(task, result), result);
-      if (!result.model.verdict->accepted) continue;
-      one.structure = std::move(asked);
-      one.result = std::move(result);
-      any = true;
-    } catch (const Error&) {  // the record does not allow it
-      continue;
-    }
-  }
-  if (any) choose(task, identification);
-}
-
 }  // namespace
 
 void try_other_structures(const IdentificationTask& task, Identification& identification, const Progress& progress) {
   if (task.options.procedure == ident::Procedure::paper || task.record.input.size() > kMostSimulatedRows) return;
   if (!task.slow_rows.empty() || !task.loop.empty()) return;
-  const ident::PreparedRecord prepared(task.record, task.options);
-  hold_one_sided_maps(task, prepared, identification);
   std::set<const ident::GreyBoxKind*> kinds;
   const ident::Model* first = first_of_table(identification);
   const ident::GreyBoxKind* left = first == nullptr ? nullptr : ident::grey_box_left_to_try(*first, *first->verdict);
@@ -447,6 +407,7 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (progress && begun <= 0.0) progress(0.0, "what the models leave over: structures beside the ladder are tried\n");
     if (progress) progress(begun++ / trials, "trying " + what);
   };
+  const ident::PreparedRecord prepared(task.record, task.options);
   for (const ident::GreyBoxKind* kind : kinds) {
     say(std::string(kind->effect));
     double most_mse = 0.0;

@@ -61,12 +61,13 @@ std::string better_model(std::vector<RankedModel> models, const std::string& uni
   for (const RankedModel* model : alike) {
     if (model == &smallest) continue;
     has_more = has_more && model->parameters > smallest.parameters;
-    if (as_good.size() < kMostModels)
-      as_good.push_back(fmt::format("{} {} with {} parameters", model->label, ident::error_text(model->rms_error, unit),
-                                    model->parameters));
+    if (as_good.size() == kMostModels) continue;
+    as_good.push_back(fmt::format("{} {} with {} parameters", model->label, ident::error_text(model->rms_error, unit),
+                                  model->parameters));
   }
-  if (const std::size_t more = alike.size() - 1 - as_good.size(); more > 0)
+  if (const std::size_t more = alike.size() - 1 - as_good.size(); more > 0) {
     as_good.push_back(fmt::format("{} more", more));
+  }
   if (!as_good.empty()) {
     text += fmt::format(" with {} parameters, {}: errors within {:g} times are alike, and {}", smallest.parameters,
                         fmt::join(as_good, ", "), ident::kGreatestErrorOverRefit,

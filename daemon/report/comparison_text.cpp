@@ -80,10 +80,7 @@ std::string changes_text(const ComparedSubject& first, const ComparedSubject& su
 
 /// Whether the map is all that changed, and the records show a leak, which does that.
 bool by_leak(const ComparedSubject& subject) {
-  const auto& all = subject.change->parameters;
-  return subject.map_cause == MapCause::leak && std::all_of(all.begin(), all.end(), [](const auto& p) {
-           return !p.changed || p.role == ident::ParameterRole::valve_null || p.role == ident::ParameterRole::dead_band;
-         });
+  return subject.map_cause == MapCause::leak && ident::is_of_dead_zone_alone(*subject.change);
 }
 
 const std::string& unfit_label(const ComparedSubject& first, const ComparedSubject& subject) {

@@ -145,6 +145,11 @@ std::optional<FigureAtRest> figure_at_rest(const Model& model, const ParameterEs
                       .unit = "s"};
 }
 
+bool is_of_dead_zone_alone(const PlantChange& change) {
+  return std::all_of(change.parameters.begin(), change.parameters.end(),
+                     [](const ParameterChange& p) { return !p.changed || is_of_dead_zone(p.role); });
+}
+
 bool leaves_plain_noise(const Model& model) {
   return model.estimation && model.estimation->noise && model.estimation->noise->coefficients.empty() &&
          model.estimation->noise->variance > 0.0;

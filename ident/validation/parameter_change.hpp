@@ -61,6 +61,14 @@ struct PlantChange {
   bool changed = false;                      ///< at least one parameter changed
 };
 
+/// Whether a parameter is null or dead band of a valve: what a leak or friction shifts where a map does not fit.
+[[nodiscard]] inline bool is_of_dead_zone(ParameterRole role) noexcept {
+  return role == ParameterRole::valve_null || role == ParameterRole::dead_band;
+}
+
+/// Whether nothing else is shown to have changed; true where nothing is.
+[[nodiscard]] bool is_of_dead_zone_alone(const PlantChange& change);
+
 /// Whether a model leaves plain noise over: a curved valve or a part that it misses would show in it.
 [[nodiscard]] bool leaves_plain_noise(const Model& model);
 

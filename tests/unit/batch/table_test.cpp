@@ -225,6 +225,12 @@ TEST(BatchTable, NamesEachRecordThatItDoesNotCompare) {
   EXPECT_EQ(left_out[0].reason, "io_valve was not fitted");
   EXPECT_EQ(left_out[1].row, 5U);
   EXPECT_EQ(left_out[1].reason, "io_valve is rejected: The rod stands on an end stop");
+  Table other = table;
+  other.rows[5].fit["models"].push_back({{"name", "io1"}, {"verdict", {{"accepted", true}, {"word", "good"}}}});
+  other.rows[5].recommended = "io1";
+  EXPECT_EQ(not_compared(other.rows, "io_valve")[1].reason,
+            "io_valve is rejected, as another structure suits this record: io1")
+      << "nothing is wrong with the record";
   EXPECT_EQ(to_json(table)["records"][5]["not_compared"], left_out[1].reason);
   EXPECT_EQ(to_json(table)["records"][0]["not_compared"], "");
   const std::string html = page_of(table).html;

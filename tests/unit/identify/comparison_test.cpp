@@ -23,6 +23,22 @@ namespace {
 using test::seeded;
 using test::source_of;
 
+/// integrator_lag_valve, fitted to a record.
+ident::Model behind_valve(const Source& source) {
+  ident::StructureOptions valve;
+  valve.name = "integrator_lag_valve";
+  valve.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
+  return ident::fit(source.record, valve, source.experiment->fit, thread_executor()).model;
+}
+
+TEST(Comparison, TellsNothingWhereASensorFroze) {
+  Source frozen = source_of(seeded(2));
+  EXPECT_EQ(compare_runs({source_of(seeded(1)), frozen}).runs[1].cannot_tell, "");
+  frozen.frozen = "the output stays from 36 to 38.99 s";
+  const std::string why = compare_runs({source_of(seeded(1)), frozen}).runs[1].cannot_tell;
+  EXPECT_EQ(why.rfind("the sensor froze on ", 0), 0U) << why;
+}
+
 TEST(Comparison, NamesTheDeadBandThatChanged) {
   hal::SimOptions after = seeded(2);
   after.valve_dead_band_V = 0.25;
@@ -65,11 +81,7 @@ TEST(Comparison, CallsAModelOfAnotherPlantThat) {
 }
 
 TEST(Comparison, CallsNoUnchangedRigAnotherPlantBecauseTheAmplitudesAreOthers) {
-  const Source whole = source_of(seeded(1));
-  ident::StructureOptions valve;
-  valve.name = "integrator_lag_valve";
-  valve.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
-  const ident::Model model = ident::fit(whole.record, valve, whole.experiment->fit, thread_executor()).model;
+  const ident::Model model = behind_valve(source_of(seeded(1)));
   for (const double share : {0.5, 0.7}) {
     const ScoredModel unchanged = score_models({model}, source_of(seeded(2), share)).front();
     EXPECT_FALSE(unchanged.of_another_plant) << share;
@@ -80,11 +92,7 @@ TEST(Comparison, CallsNoUnchangedRigAnotherPlantBecauseTheAmplitudesAreOthers) {
 }
 
 TEST(Comparison, NamesAnotherGainAsTheCauseOfAnError) {
-  const Source whole = source_of(seeded(1));
-  ident::StructureOptions valve;
-  valve.name = "integrator_lag_valve";
-  valve.structure = ident::structures::behind_valve(ident::structures::integrator_lag());
-  const ident::Model model = ident::fit(whole.record, valve, whole.experiment->fit, thread_executor()).model;
+  const ident::Model model = behind_valve(source_of(seeded(1)));
   EXPECT_FALSE(score_models({model}, source_of(seeded(2))).front().other_gain);
   hal::SimOptions faster = seeded(2);
   faster.valve_rated_flow_L_per_min *= 1.005;
