@@ -39,7 +39,8 @@ class GuardPage {
     drive_.fetch_add(1, std::memory_order_release);
   }
   void end_drive() noexcept { drive_.fetch_add(1, std::memory_order_release); }
-  /// Called once a tick.
+  /// Called once a tick, and after the loop's end before each call to a card that is not confirmed safe: one that does
+  /// not answer takes seconds, which the guard would otherwise add up and take for a process that stands still.
   void beat() noexcept { beats_.store(beats_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed); }
   /// Whether the guard has acted in this run: the hydraulics are off.
   [[nodiscard]] bool has_tripped() const noexcept {

@@ -131,6 +131,7 @@ void RigKeeper::close() noexcept {
   replica_.reset();
   opened_text_.clear();
   if (!card_) return;
+  card_->page().beat();
   const bool is_safe = card_->rig().make_safe() == hal::RigStatus::ok;
   try {
     if (is_safe) {

@@ -122,6 +122,7 @@ struct RunParts {
 
 /// Goes on to write the safe state to a card that has refused it at the end of the loop. Then the guard need not act.
 bool becomes_safe(hal::Rig& rig, GuardPage* page) {
+  if (page != nullptr) page->beat();
   const auto deadline = std::chrono::steady_clock::now() + kSafeAgain;
   while (rig.make_safe() != hal::RigStatus::ok) {
     if (std::chrono::steady_clock::now() > deadline) return false;

@@ -55,6 +55,7 @@ OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot)
 }
 
 OwnedRig::~OwnedRig() {
+  page_->beat();
   rig_.reset();
   guard_.reset();
   std::error_code ignored;

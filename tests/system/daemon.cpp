@@ -123,10 +123,7 @@ bool Daemon::hears(const std::string& text, std::chrono::seconds patience) {
       messages_.pop_front();
       if (is_it) return true;
     }
-    siginfo_t ended{};
-    const bool is_dead =
-        waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == pid_;
-    if (is_dead || steady_clock::now() > deadline) return false;
+    if (has_ended() || steady_clock::now() > deadline) return false;
     told_.wait_for(lock, std::chrono::milliseconds(100));
   }
 }
@@ -136,13 +133,20 @@ void Daemon::forget_messages() {
   messages_.clear();
 }
 
+bool Daemon::has_ended() const {
+  siginfo_t ended{};
+  return pid_ <= 0 ||
+         (waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 && ended.si_pid == pid_);
+}
+
 bool Daemon::logs(const std::string& text, std::chrono::seconds patience) const {
   const auto deadline = steady_clock::now() + patience;
-  while (log().find(text) == std::string::npos) {
-    if (steady_clock::now() > deadline) return false;
+  for (;;) {
+    const bool is_over = has_ended() || steady_clock::now() > deadline;
+    if (log().find(text) != std::string::npos) return true;
+    if (is_over) return false;
     std::this_thread::sleep_for(kLook);
   }
-  return true;
 }
 
 void Daemon::open_to_all() const {

@@ -66,13 +66,14 @@ class Daemon {
   bool hears(const std::string& text, std::chrono::seconds patience = kGenerous);
   /// Discards the messages received so far.
   void forget_messages();
-  /// Waits until the log holds `text`.
+  /// Waits until the log holds `text`. @returns false also once the process has ended without it
   bool logs(const std::string& text, std::chrono::seconds patience = kGenerous) const;
 
   /// Makes the socket everybody's, as a group with all users in it would.
   void open_to_all() const;
 
  private:
+  [[nodiscard]] bool has_ended() const;
   /// Takes every message at once, as a service manager does: nobody who tells it something may be kept waiting.
   void manage();
 
