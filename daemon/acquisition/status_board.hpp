@@ -52,11 +52,11 @@ struct Snapshot {
   LoopCounters counters;
 };
 
-/// Share of the experiment's rows that skipped ticks have lost so far [%].
+/// Share of the experiment's rows so far that skipped ticks have lost [%].
 [[nodiscard]] inline double lost_percent(const Snapshot& now) noexcept {
-  return now.experiment_rows == 0
+  return now.experiment_row == 0
              ? 0.0
-             : 100.0 * static_cast<double>(now.counters.skipped_rows) / static_cast<double>(now.experiment_rows);
+             : 100.0 * static_cast<double>(now.counters.skipped_rows) / static_cast<double>(now.experiment_row);
 }
 
 /// Holds the latest Snapshot, written by the loop and read by any thread; neither waits for the other (a sequence

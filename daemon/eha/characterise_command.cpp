@@ -44,7 +44,7 @@ moves, the sensor is compared with a ruler's reading (--ruler, or typed in). If 
 wrong, as of a worn valve, --without-following -o FILE writes the rig file without it, for this measurement; nothing moves.
 With RUN, the sheet of an earlier run is computed again; nothing moves.
 -o RIG.toml writes the rig file with these numbers in [following], in millimetres where its units are "mm"; all else,
-comments too, stays. With RUN it is the file of --rig, else that of ehad, else the default one, and the run's own only
+comments too, stays. With RUN it is the file of --local --rig, else that of ehad, else the default one, and the run's own only
 where none of them is of its rig. No file is overwritten.
 
 Examples:

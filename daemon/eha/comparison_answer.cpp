@@ -127,16 +127,20 @@ class RunsAnswer {
   }
 
   void look_for_a_leak() {
+    std::vector<double> told_in_per_s;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       const identify::Source& source = sources_[i];
       out_.findings.sentences.push_back(fmt::format("{}: {}.", i == 0 ? "Before" : "After", of_rig(source)));
-      if (!source.run_folder || !leak_.empty()) continue;
-      const auto seen = record::leak_beside(*source.run_folder);
-      if (!seen) continue;
+      const auto seen = source.run_folder ? record::leak_beside(*source.run_folder) : std::nullopt;
+      // Runs beside one sheet have one leak.
+      if (!seen || std::find(told_in_per_s.begin(), told_in_per_s.end(), seen->creep_in_per_s) != told_in_per_s.end()) {
+        continue;
+      }
+      told_in_per_s.push_back(seen->creep_in_per_s);
       const DisplayUnit unit(comparison_.runs.front().fit.model.output_unit);
       // The next step is for the rig that leaks; the other one may be sound.
       const std::string finding = titles_[i] + ": " + ident::leak_finding(*seen, unit);
-      leak_ = with_commands(finding, sources_, {i});
+      leak_ += (leak_.empty() ? "" : "\n") + with_commands(finding, sources_, {i});
       out_.findings.sentences.push_back(with_commands(finding, sources_, {i}, true));
     }
   }
@@ -291,7 +295,7 @@ class RunsAnswer {
   std::vector<std::string> titles_ = {};
   Compared out_ = {};
   Json runs_ = Json::array();
-  std::string leak_ = {};   ///< finding of the first rig that leaks by its valve sheet
+  std::string leak_ = {};   ///< findings of the rigs that leak by their valve sheets, a line each
   std::string found_ = {};  ///< of each run, on the terminal
 };
 

@@ -249,10 +249,10 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
   Identification held = of_task(task);
   // What the input does to noise alone is nothing, and a wrong one does nothing between the rows.
   const ident::FirstStep first = identify::next_step_of(held).first;
-  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input)
-    return {task, std::move(held)};
+  const bool is_lost = first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input;
+  if (is_lost || command.record.intersample) return {task, std::move(held)};
   const auto between = identify::input_between_rows(source, task, held);
-  if (between && between->is_straight && !command.record.intersample) {
+  if (between && between->is_straight) {
     console.info(fmt::format("{}: it is taken so (--intersample zoh: as held)", between->seen));
     identify::take_input_as_straight(source);
     const IdentificationTask straight = task_for(command, source);
@@ -261,6 +261,9 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
   if (!between) return {task, std::move(held)};
   std::string straight = importer::command_with(again.import, again.source, "--intersample foh");
   console.warning(identify::advice_of(*between, straight));
+  for (identify::IdentifiedModel& model : held.models) {
+    identify::add_remark(model.result.model, identify::advice_of(*between, "eha fit --intersample foh"));
+  }
   return {task, std::move(held), std::move(straight)};
 }
 
@@ -347,14 +350,15 @@ ExitCode execute(const FitCommand& command, Console& console) {
     console.next_step("eha doctor");
   } else if (valve == ValveNow::changed) {
     console.next_step(suggest::characterise(console.rig()));
-  } else if (const auto next = identify::next_experiment_file(written)) {
+  } else if (const auto next = identify::next_experiment_file(written); next && valve != ValveNow::leaks) {
     console.next_step(suggest::run(console.rig(), {next->string()}));
   } else if (const auto step = step_by_cause(again, source, identification, written); step && !cut) {
     console.next_step(*step);
   } else if (code == ExitCode::ok && !cut) {
     console.next_step(next_of_fit(command, source, identification, written));
-  } else if (names_models(command.models) && identification.recommendation.model.empty() && !cut) {
-    console.next_step(command_of_ladder(again));
+  } else if (names_models(command.models) && !climbs_ladder(command.models) &&
+             identification.recommendation.model.empty() && !cut) {
+    console.next_step(command_of_ladder(again) + (source.run_folder ? fmt::format(" --model {}", kLadder) : ""));
   }
   return code;
 }
@@ -377,14 +381,17 @@ void add_fit(CLI::App& app, ParsedLine& line) {
          "Procedure; paper: exactly the published one, both: default, compared with the paper")
       ->type_name(fmt::format("{}", fmt::join(kProcedures, "|")))
       ->check(CLI::IsMember(kProcedures).description(""));
-  const std::vector<std::string> families = family_names();
+  std::vector<std::string> families = family_names();
+  families.emplace_back(kLadder);
+  std::vector<std::string> names = model_names();
+  names.emplace_back(kLadder);
   sub->add_option(
          "--model", fit.models.families,
-         "Structure to fit, with _valve behind a valve's map (io_valve); may be repeated (default: the experiment's "
-         "models, else the ladder)")
+         "Structure to fit, with _valve behind a valve's map (io_valve); may be repeated; ladder: those of the ladder, "
+         "whatever the experiment names (default: the experiment's models, else the ladder)")
       ->type_name(fmt::format("{}", fmt::join(families, "|")))
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(model_names()).description(""));
+      ->check(CLI::IsMember(names).description(""));
   sub->add_option("--structure", fit.models.structure_files,
                   "TOML file with a structure to fit, term by term; may be repeated")
       ->type_name("FILE")

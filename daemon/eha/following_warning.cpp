@@ -53,19 +53,10 @@ bool warn_of_leak(const fs::path& run, const Console& console, const std::string
 }
 
 std::optional<FoundValve> valve_of_sheet(const fs::path& run, const suggest::RigAccess& rig) {
-  const auto sheet = parse_json_text<nlohmann::json>(os::read_file(run / record::kSheetFile));
-  const auto value = [&](const char* key) -> std::optional<double> {
-    const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
-    if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;
-    return sheet.at(place).get<double>();
-  };
-  const auto null_V = value("null_V");
-  const auto dead_band_V = value("dead_band_V");
-  if (!null_V || !dead_band_V) return std::nullopt;
-  const auto positive = value("gain_positive_in_per_V_s");
-  const auto negative = value("gain_negative_in_per_V_s");
-  return FoundValve{.map = {.zone = {*null_V, std::max(0.0, *dead_band_V)}},
-                    .gains = positive && negative ? std::optional(std::pair(*positive, *negative)) : std::nullopt,
+  const auto sheet = record::valve_in(run);
+  if (!sheet) return std::nullopt;
+  return FoundValve{.map = {.zone = sheet->zone},
+                    .gains = sheet->gains,
                     .source = fmt::format("the valve sheet of {}", run.string()),
                     .remedy = suggest::sheet_into_rig_file(rig, run.string())};
 }

@@ -176,6 +176,7 @@ const ident::InputMapKind* map_in_name(const std::string& name) {
 
 std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vector<StructureOptions>& configured) {
   if (options.families.empty() && options.structure_files.empty()) return configured;
+  if (climbs_ladder(options)) return {};
   std::vector<StructureOptions> structures;
   for (auto family = options.families.begin(); family != options.families.end(); ++family) {
     const auto same = [&](const std::string& other) { return other == *family; };
@@ -206,6 +207,13 @@ std::vector<StructureOptions> chosen(const ModelOptions& options, const std::vec
 }
 
 }  // namespace
+
+bool climbs_ladder(const ModelOptions& options) {
+  const auto& families = options.families;
+  if (std::find(families.begin(), families.end(), kLadder) == families.end()) return false;
+  if (families.size() == 1 && options.structure_files.empty()) return true;
+  throw UsageError("--model ladder fits every structure of the ladder: leave out the other structures");
+}
 
 std::vector<std::string> model_names() {
   std::vector<std::string> names;

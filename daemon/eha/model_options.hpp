@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "ident/estimation/ladder.hpp"
@@ -36,7 +37,7 @@ void add_intersample_option(CLI::App& app, std::optional<ident::Intersample>& in
 
 /// Options on the models to fit.
 struct ModelOptions {
-  /// --model, in order, of model_names(); without --structure too: the experiment's
+  /// --model, in order, of model_names(), or kLadder alone; without --structure too: the experiment's
   std::vector<std::string> families = {};
   std::vector<std::string> structure_files = {};  ///< --structure, in order
   std::optional<int> poles = {};
@@ -50,13 +51,19 @@ struct ModelOptions {
   std::vector<std::string> bounds = {};       ///< NAME=LOW:HIGH
 };
 
-/// The names that --model takes: of each family, and of each behind each map ("io_valve").
+/// The word of `eha fit --model` for every structure of the ladder, where an experiment names models.
+inline constexpr std::string_view kLadder = "ladder";
+
+/// The names of structures that --model takes: of each family, and of each behind each map ("io_valve").
 [[nodiscard]] std::vector<std::string> model_names();
+
+/// Whether the ladder is asked for, whatever an experiment names. @throws UsageError  beside a structure
+[[nodiscard]] bool climbs_ladder(const ModelOptions& options);
 
 /// Returns the models that a command line requests.
 /// @param configured  the experiment's models; --model selects those of a structure, or a plain one if there is none;
-///                    --structure adds the one of a file; without both all of them: if there are none, returns none,
-///                    and the caller climbs the ladder with ladder_for()
+///                    --structure adds the one of a file; without both all of them: if there are none, or kLadder is
+///                    asked for, returns none, and the caller climbs the ladder with ladder_for()
 /// @throws UsageError  a malformed NAME=VALUE, a structure requested twice, --poles although no model has poles
 /// @throws ConfigError, PermissionError  as config::load_structure
 [[nodiscard]] std::vector<ident::StructureOptions> structures_for(

@@ -51,13 +51,14 @@ std::string move_that_helps(const Rehearsed& rehearsed, const Console& console) 
       stands, unit.of("in"), unit.factor("in") * middle_in, rehearsed.rig.file_name);
 }
 
-/// "[start] is 0.2 in from the limit of 5.75 in", in the unit of its key; empty without one.
-std::string start_beside_limit(const config::ExperimentConfig& experiment, const config::RigLimits& limits) {
+/// "[start] is 0.2 in from the limit of 5.75 in", that which the rods reach, in the unit of its key; empty without one.
+std::string start_beside_limit(const config::ExperimentConfig& experiment, const config::RigLimits& limits,
+                               const Rehearsal& rehearsal) {
   const config::Played* played = experiment.played();
   if (played == nullptr || !played->start) return {};
   const double start_in = played->start->displacement_in;
-  const double middle_in = limits.mid_travel_in();
-  const double limit_in = start_in < middle_in ? limits.travel_min_in : limits.travel_max_in;
+  const bool is_lower = rehearsal.lowest_in - limits.travel_min_in < limits.travel_max_in - rehearsal.highest_in;
+  const double limit_in = is_lower ? limits.travel_min_in : limits.travel_max_in;
   const DisplayUnit unit(experiment.positions.contains("start.displacement_mm") ? "mm" : "in");
   const double factor = unit.factor("in");
   return fmt::format("[start] is {:.3g} {} from the limit of {:.4g} {}", factor * std::abs(limit_in - start_in),
@@ -70,7 +71,7 @@ std::string remedy_for(const Rehearsed& rehearsed) {
     return fmt::format("set offset_V = {:.3f}, which stops the drift, or add [hold]", *offset_V);
   }
   const config::Played* played = rehearsed.experiment.config.played();
-  const std::string start = start_beside_limit(rehearsed.experiment.config, rehearsed.rig.limits);
+  const std::string start = start_beside_limit(rehearsed.experiment.config, rehearsed.rig.limits, *rehearsed.rehearsal);
   const std::string room = start.empty() ? "add [start] where there is room" : "move [start] to where there is room";
   const std::string remedy = played != nullptr && played->hold
                                  ? fmt::format("lower the amplitudes, or {}", room)

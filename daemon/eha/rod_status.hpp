@@ -27,6 +27,13 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   return status;
 }
 
+/// Whether the loop of the run being played has ended, and its record is being saved.
+[[nodiscard]] inline bool is_over(const nlohmann::ordered_json& status) {
+  const nlohmann::ordered_json& run = status.at("run");
+  const std::string state = status.at("state");
+  return !run.is_null() && run.value("experiment_s", 0.0) > 0.0 && (state == "idle" || state == "faulted");
+}
+
 /// Describes the state of the rig with its reason: "not armed (disarmed by meier)". An undriven rig is not armed,
 /// whether the loop calls it idle or, after a start of the service, faulted; at the start of a run it is "starting".
 /// @param status  of the service
@@ -35,7 +42,7 @@ inline nlohmann::ordered_json status_with_rod(control::Client& client) {
   std::string state = status.at("state");
   const nlohmann::ordered_json& given = status.at("reason");
   const std::string reason = given.is_string() ? given.get<std::string>() : std::string();
-  if (state == "idle") state = status.at("run").is_null() ? "not armed" : "starting";
+  if (state == "idle") state = status.at("run").is_null() || is_over(status) ? "not armed" : "starting";
   if (state == "faulted" && reason == kStarted) state = "not armed";
   if (const nlohmann::ordered_json& run = status.at("run"); !run.is_null() && run.contains("exploring_at_most_s")) {
     return fmt::format("{} (exploring: finds speeds and dead band before the triangles; at most {:.0f} min)", state,

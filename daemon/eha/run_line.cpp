@@ -18,6 +18,7 @@ using Json = nlohmann::ordered_json;
 constexpr int kBarWidth = 13;
 /// A shorter way to the start is not mentioned.
 constexpr double kShown_s = 1.0;
+constexpr std::uint64_t kFewestLost = 50;  // ticks
 
 double number_in(const Json& object, const char* key) {
   const auto found = object.find(key);
@@ -96,7 +97,8 @@ std::string run_line(const RunProgress& progress, const DisplayUnit& unit, std::
   if (progress.velocity_percent > 100.0 * acquisition::kWarningShare) {
     line += fmt::format("NEAR A LIMIT: {:.0f} % of velocity  ", progress.velocity_percent);
   }
-  if (!progress.is_placing && progress.lost_percent > config::kMostLostRows_percent)
+  // Of the first rows one is much.
+  if (!progress.is_placing && progress.skipped >= kFewestLost && progress.lost_percent > config::kMostLostRows_percent)
     line += fmt::format("ROWS LOST: {:.2g} % so far  ", progress.lost_percent);
   const double left_s = std::max(0.0, progress.total_s - progress.played_s);
   if (progress.exploring_at_most_s > 0.0) {

@@ -27,7 +27,7 @@ struct RunProgress {
   double latency_max_us = 0.0;
   std::uint64_t late = 0;     ///< ticks
   std::uint64_t skipped = 0;  ///< ticks
-  double lost_percent = 0.0;  ///< of all rows of the experiment: those of skipped ticks so far
+  double lost_percent = 0.0;  ///< of the experiment's rows so far: those of skipped ticks
   bool is_real_time = true;
   double exploring_at_most_s = 0.0;      ///< of a rod without [following], before the first row; 0: it is not explored
   bool is_placing = false;               ///< ends when the rod is in its place; total_s is then the longest duration

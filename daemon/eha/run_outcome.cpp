@@ -91,7 +91,9 @@ ExitCode report_incomplete(const Acquired& acquired, const config::ExperimentCon
   } else if (has_page) {
     if (has_other_valve) console.next_step(suggest::characterise(console.rig()));
     console.next_step(report_of_run(run.folder, "eha report " + shell_word(folder)));
-    if (const auto fit = fit_of_run(run.folder)) console.next_step(*fit);
+    // After a trip the report says what to correct before a fit is of use.
+    const auto fit = code == ExitCode::safety_trip ? std::nullopt : fit_of_run(run.folder);
+    if (fit) console.next_step(*fit);
   }
   return code;
 }

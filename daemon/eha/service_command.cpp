@@ -135,7 +135,7 @@ std::string status_text(const Json& status, const Console& console) {
   }
   const DisplayUnit unit = console.unit(rig.value("units", ""));
   for (NamedText& line : rod_lines(status.value("rod", Json()), unit)) lines.push_back(std::move(line));
-  if (!rig.value("moves", true)) {
+  if (!rig.value("moves", true) && status.at("run").is_null()) {
     lines.push_back({"", "simulated: a run begins here, and the rod is back here after it; goto and jog move it"});
   }
   const Json& lease = status.at("lease");
@@ -147,7 +147,8 @@ std::string status_text(const Json& status, const Console& console) {
     const RunProgress progress = progress_of(status);
     lines.push_back({"run", fmt::format("{} \"{}\" of {}", run.at("entry").get<std::int64_t>(), run.value("name", ""),
                                         run.value("user", ""))});
-    lines.push_back({"", run_line(progress, unit, std::chrono::system_clock::now())});
+    lines.push_back({"", is_over(status) ? std::string("over, its record is being saved")
+                                         : run_line(progress, unit, std::chrono::system_clock::now())});
     lines.push_back({"loop", loop_line(progress)});
   }
   if (const Json& worker = status.at("worker"); !worker.is_null()) {

@@ -257,7 +257,7 @@ const Model* closest(const std::vector<Model>& models, const Model& chosen) {
   return best;
 }
 
-/// "the simplest of the 5 models of 14 that describe the record; the runner-up, lag, errs 1.3 times as much
+/// "the simplest of the 5 models, of 14, that err at most 1.5 times as much; the runner-up, lag, errs 1.3 times as much
 /// on unseen data".
 /// @param models  of which `chosen` is one
 std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
@@ -277,11 +277,12 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
   std::string text =
       alike < 2 ? fmt::format("the one of {} models that describes the record", models.size())
       : is_simplest
-          ? fmt::format("the simplest of the {} models, of {}, that describe the record", alike, models.size())
+          ? fmt::format("the simplest of the {} models, of {}, that err at most {:g} times as much", alike,
+                        models.size(), ident::kAsWell)
           : fmt::format(
-                "of the {} models, of {}, that describe the record, the one that says most with its "
+                "of the {} models, of {}, that err at most {:g} times as much, the one that says most with its "
                 "parameters",
-                alike, models.size());
+                alike, models.size(), ident::kAsWell);
   const bool is_only_one = std::none_of(models.begin(), models.end(), [&](const Model& model) {
     return model.name != chosen.name && model.verdict && model.verdict->accepted;
   });
@@ -292,8 +293,8 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
                         errs_beside(*next, chosen));
   }
   if (const Model* other = closest(models, chosen)) {
-    text += other == next ? ": simulate with it"
-                          : fmt::format("; {}{} {}: simulate with it", other->name, outdone_note(*other, chosen),
+    text += other == next ? ": take that to simulate"
+                          : fmt::format("; {}{} {}: take that to simulate", other->name, outdone_note(*other, chosen),
                                         errs_beside(*other, chosen));
   }
   // One that errs clearly more on unseen data is told apart by that.

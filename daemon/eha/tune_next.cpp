@@ -73,7 +73,7 @@ std::vector<std::string> next_steps(const TuneCommand& command, const ident::Mod
   const std::string show = "xdg-open " + shell_word(page.string());
   if (hal::moves_machine(rig.backend)) return {show};
   const std::string on_rig = suggest::track(access, command.output.string());
-  const bool is_to_repair = trip && (trip->is_of_leak || command.sheet_run || leak_of(command, model));
+  const bool is_to_repair = leak_of(command, model) || (trip && (trip->is_of_leak || command.sheet_run));
   if (is_to_repair) return {show};
   if (is_of_before) return {suggest::run(access, {"EXPERIMENT.toml"}), show};
   if (trip) return {suggest::characterise(access), show};

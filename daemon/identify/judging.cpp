@@ -16,6 +16,7 @@
 #include "ident/uncertainty/usable_band.hpp"
 #include "ident/validation/explanation.hpp"
 #include "ident/validation/gain_change.hpp"
+#include "ident/validation/loop_in_record.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -38,9 +39,14 @@ std::string work_text(const ident::WorkByStage& stages) {
   return text;
 }
 
+/// How many rows of the task make one that was measured.
+int parts_of(const IdentificationTask& task) {
+  return task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
+}
+
 /// "2500 rows, 0.02 s apart, 50 s": those of the record, also where each was made into several.
 std::string rows_text(const IdentificationTask& task) {
-  const int parts = task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
+  const int parts = parts_of(task);
   const auto rows = static_cast<double>(task.record.output.size());
   return fmt::format("{:.0f} rows, {:.6g} s apart, {:.6g} s", std::ceil(rows / parts), task.record.step_s * parts,
                      task.record.step_s * rows);
@@ -62,6 +68,7 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
           .noise_std = task.noise_std,
           .lacks_periods = task.lacks_periods,
           .piece = task.piece,
+          .row_s = task.record.step_s * parts_of(task),
           .holds_both_parts = true,
           .beside_ladder = task.structures.empty(),
           .judging_part_rests = task.judging_part_rests};
@@ -95,15 +102,22 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
 }
 
 void note_record(const IdentificationTask& task, ident::Model& model) {
-  for (const char* key : {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord,
-                          ident::kWithoutGaps, ident::kWithinDeadBand, ident::kAtCommandLimit,
-                          ident::kEffectOnOwnRecord, ident::kGainChanged, ident::kBesideGainChange, ident::kLongerPart,
-                          ident::kSlowRows, ident::kLoopOfRecord, ident::kAgainstLostRows, ident::kWrongInput}) {
+  for (const char* key :
+       {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
+        ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord, ident::kGainChanged,
+        ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows, ident::kLoopOfRecord, ident::kOutputInInput,
+        ident::kAgainstLostRows, ident::kWrongInput}) {
     model.provenance.erase(key);
   }
   ident::forget_explanation(model);
   if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
   if (!task.loop.empty()) model.provenance[ident::kLoopOfRecord] = task.loop;
+  constexpr double kFollowsNothing_percent = 20.0;
+  constexpr double kMultiple = 0.95;
+  if (model.validation && model.validation->score.r2_percent < kFollowsNothing_percent) {
+    const double correlation = ident::same_row_correlation(task.record);
+    if (std::abs(correlation) > kMultiple) model.provenance[ident::kOutputInInput] = fmt::format("{:.2f}", correlation);
+  }
   if (leaves_out(task.cut, model)) model.provenance[ident::kCutOfRecord] = importer::cut_options(task.cut);
   if (!task.against_lost_rows.empty() && task.unmeasured.rows > 0) {
     model.provenance[ident::kAgainstLostRows] = task.against_lost_rows;
@@ -185,6 +199,11 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
   if (!task.trend.empty()) model.provenance["trend"] = task.trend;
   if (!task.remarks.empty()) model.provenance["remarks"] = fmt::format("{}", fmt::join(task.remarks, "\n"));
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
+}
+
+void add_remark(ident::Model& model, const std::string& remark) {
+  std::string& remarks = model.provenance["remarks"];
+  remarks += (remarks.empty() ? "" : "\n") + remark;
 }
 
 ident::Intersample intersample_of(const ident::Model& model) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "daemon/identify/identification.hpp"
 #include "ident/estimation/fit.hpp"
@@ -29,6 +30,9 @@ void note_record(const IdentificationTask& task, ident::Model& model);
 /// Cost: the model's frequency response at some hundred frequencies.
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result);
+
+/// Adds a sentence on the record to those that a model's file keeps for its report.
+void add_remark(ident::Model& model, const std::string& remark);
 
 /// How the input was taken between the rows of the record that estimated a model, as judge() wrote it.
 [[nodiscard]] ident::Intersample intersample_of(const ident::Model& model);

@@ -26,6 +26,7 @@
 #include "ident/structure/structures.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/explanation.hpp"
+#include "ident/validation/fast_resonance.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/slow_pair.hpp"
 #include "ident/validation/verdict.hpp"
@@ -101,6 +102,8 @@ bool misses_a_part(const ident::Verdict& verdict) {
       verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise, Kind::far_error_over_noise});
 }
 
+constexpr double kLeastDamping = 0.005;
+
 /// The first of more poles and zeros that leaves nothing over, else the one that errs least; none that holds.
 std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const ident::PreparedRecord& prepared,
                                          const Identification& identification, const ident::Model& first) {
@@ -114,7 +117,8 @@ std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const i
     if (has_delay) asked.structure.delay.freedom = ident::Freedom::free;
     if (integrates) asked.parameters.push_back({.name = "a0", .fixed = true, .start = 0.0, .lower = {}, .upper = {}});
     std::optional<ident::Model> model = fit_that_holds(task, prepared, asked, {ident::Search::known, known});
-    if (!model) continue;
+    // Play and friction make a pair of poles that hardly dies away of a plant without one; oil and mass damp more.
+    if (!model || ident::least_damping(*model) < kLeastDamping) continue;
     const bool is_clean = !misses_a_part(*model->verdict);
     if (!is_clean && best && !(ident::shown_mse(*model) < ident::shown_mse(best->model))) continue;
     best = Trial{std::move(*model), fmt::format("{} poles and {} zeros", degrees.poles, degrees.zeros),

@@ -128,7 +128,7 @@ std::string sentence_of(const TripCause& cause, const DisplayUnit& unit) {
         text, stops, remedy_of(cause));
   }
   if (cause.is_clear_from_middle) {
-    return fmt::format("{} near which it began: {}", text, remedy_of(cause));
+    return fmt::format("{}; rods that begin at mid-travel stay clear of it: {}", text, remedy_of(cause));
   }
   if (!cause.offset_V) return text + ", and no offset_V within the command limits stops that: " + remedy_of(cause);
   text += fmt::format("; offset_V = {:.3f} stops that", *cause.offset_V);

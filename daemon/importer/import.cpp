@@ -115,11 +115,13 @@ std::string remark_on_pace(double step_s, const std::string& output_unit, const 
   constexpr double kLongest_s = 1e6;
   constexpr double kLongestOfRod_s = 0.99;  // a record of 1 kHz in milliseconds
   if (step_s >= kShortestStep_s && step_s <= (is_length(output_unit) ? kLongestOfRod_s : kLongest_s)) return {};
-  return fmt::format("{}: a row every {:.3g} s is {}: check the unit of the time; --period gives the sample period",
+  const std::string in_ms = step_s > 1.0 ? "" : fmt::format(", for milliseconds --period {:.6g}", 1e-3 * step_s);
+  return fmt::format("{}: a row every {:.3g} s is {}: check the unit of the time; --period gives the sample period{}",
                      path.string(), step_s,
                      step_s < kShortestStep_s ? "faster than any hydraulic rig is sampled"
                      : is_length(output_unit) ? "slow for a rod, if the output is one"
-                                              : "very slow");
+                                              : "very slow",
+                     step_s < kShortestStep_s ? "" : in_ms);
 }
 
 constexpr double kSameTime = 1e-5;  // of the time between rows

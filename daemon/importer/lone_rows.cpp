@@ -20,6 +20,7 @@ constexpr double kOverUsual = 30.0;      // distance over the usual one of a row
 constexpr double kOverSteps = 2.5;       // distance over the step of a coarse sensor, which noise alone may cross
 constexpr double kOverRange = 0.03;      // distance over the range of the output
 constexpr double kNeighboursOff = 0.1;   // difference of the neighbours over the distance
+constexpr double kBeyondRange = 1.5;     // distance of rows that no signal of this range reaches, over it
 constexpr double kMostShare = 0.05;      // of the rows
 constexpr double kInputOverRange = 2.0;  // of a lone input
 constexpr std::size_t kFrozen = 50;      // equal rows that show nothing of a signal's noise
@@ -66,6 +67,19 @@ bool continues_a_motion(std::span<const double> y, std::size_t from, std::size_t
   const std::size_t last = from + count - 1;
   return (from >= 2 && goes_on(y[from - 1] - y[from - 2], y[from] - y[from - 1])) ||
          (last + 2 < y.size() && goes_on(y[last + 2] - y[last + 1], y[last + 1] - y[last]));
+}
+
+/// How many rows from `from` on lie beyond all the others, reached and left within one row: the value that a sensor or
+/// its converter gives in the place of a reading. At most a hundredth of the rows; 0: none.
+std::size_t rows_beyond(std::span<const double> y, std::size_t from, const Scale& scale) {
+  const double least = kBeyondRange * scale.range;
+  const std::size_t most = y.size() / 100;
+  const auto is_beyond = [&](std::size_t k) { return std::abs(y[k] - y[from - 1]) > least; };
+  if (!(least > 0.0) || !is_beyond(from)) return 0;
+  std::size_t next = from + 1;
+  while (next < y.size() && next - from <= most && is_beyond(next)) ++next;
+  const bool comes_back = next < y.size() && next - from <= most && std::abs(y[next] - y[from - 1]) < scale.range;
+  return comes_back ? next - from : 0;
 }
 
 /// Where an input steps, and how far the output moves in one row soon afterwards.
@@ -137,9 +151,11 @@ std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<cons
   const Steps steps(input, output);
   std::vector<std::size_t> found;
   for (std::size_t k = 1; k + 1 < output.size(); ++k) {
-    for (std::size_t count = 1; count <= kMostTogether && k + count < output.size(); ++count) {
-      if (!stands_alone(output, k, count, scale)) continue;
-      if (continues_a_motion(output, k, count) || steps.cause(k, count)) continue;
+    const std::size_t beyond = rows_beyond(output, k, scale);
+    const std::size_t most = std::max(kMostTogether, beyond);
+    for (std::size_t count = beyond > kMostTogether ? beyond : 1; count <= most && k + count < output.size(); ++count) {
+      if (beyond != count && !stands_alone(output, k, count, scale)) continue;
+      if ((beyond != count && continues_a_motion(output, k, count)) || steps.cause(k, count)) continue;
       // A pulse of the input may be answered by one of the output.
       for (std::size_t j = std::max<std::size_t>(k, kInputBefore + 1) - kInputBefore; j <= k; ++j) {
         for (std::size_t width = 1; width <= kMostTogether && j + width < input.size(); ++width) {

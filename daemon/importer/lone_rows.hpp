@@ -11,8 +11,10 @@ namespace eha::importer {
 
 /// Rows of an output that stand alone: up to three in a row that lie far from both neighbours, which agree with each
 /// other, while the input does nothing of the kind. A rod cannot do that; a loose contact or a
-/// disturbed sensor does. One is enough to spoil a model. None are rows into or out of which a motion goes on, nor rows
-/// at a step of the input or up to 5 behind it, unless the output moves far more a volt there than after other steps.
+/// disturbed sensor does. One is enough to spoil a model. So do up to a hundredth of the rows at once that lie
+/// beyond 1.5 times the range of the others and are reached and left within one row, as 9999 in the place of readings.
+/// None are rows into or out of which a motion goes on, nor rows at a step of the input or up to 5 behind it, unless
+/// the output moves far more a volt there than after other steps.
 /// @param input, output  of equal length; values that are not finite are passed over
 /// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).
 [[nodiscard]] std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output);

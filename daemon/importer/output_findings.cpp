@@ -179,6 +179,22 @@ struct Motion {
   double slope = 0.0;
   bool is_known = false;
   bool is_by_place = false;  ///< where the rod is tells of the motion, too: it comes to rest by itself
+  std::vector<std::pair<double, double>> seen = {};  ///< the windows: input and motion, by rising input
+
+  /// The median motion of the windows with about this input, over which a valve's dead band makes none; none with fewer
+  /// than three.
+  [[nodiscard]] std::optional<double> usual(double input) const {
+    constexpr double kAlike = 0.05;  // of the input's range
+    constexpr std::ptrdiff_t kFewestAlike = 3;
+    const double reach = seen.empty() ? 0.0 : kAlike * (seen.back().first - seen.front().first);
+    const auto before = [](const auto& one, double u) { return one.first < u; };
+    const auto first = std::lower_bound(seen.begin(), seen.end(), input - reach, before);
+    const auto behind = std::lower_bound(first, seen.end(), input + reach, before);
+    if (behind - first < kFewestAlike) return std::nullopt;
+    std::vector<double> motions;
+    std::transform(first, behind, std::back_inserter(motions), [](const auto& one) { return one.second; });
+    return quantile(std::move(motions), 0.5);
+  }
 };
 
 /// The line through the windows of a record that no stretch touches; not known where the output does not integrate.
@@ -209,7 +225,10 @@ Motion motion_by_input(const std::vector<double>& input, const std::vector<doubl
   regressors << du.matrix(), (place - place.mean()).matrix();
   const Eigen::VectorXd solution = regressors.colPivHouseholderQr().solve(dy.matrix());
   const double by_both = (dy.matrix() - regressors * solution).squaredNorm();
-  return {motions.mean() - uy / uu * inputs.mean(), uy / uu, true, by_both < kByPlace * (yy - uy * uy / uu)};
+  Motion motion{motions.mean() - uy / uu * inputs.mean(), uy / uu, true, by_both < kByPlace * (yy - uy * uy / uu)};
+  for (std::size_t i = 0; i < u.size(); ++i) motion.seen.emplace_back(u[i], y[i]);
+  std::sort(motion.seen.begin(), motion.seen.end());
+  return motion;
 }
 
 /// Those of the stretches in which a rod that integrates would have moved by several steps of a coarse sensor.
@@ -267,13 +286,17 @@ std::vector<Stretch> end_stops(const std::vector<double>& input, const std::vect
       if (!is_long(stretch)) return false;
       double asked = 0.0;
       double most = 0.0;
+      double usual = 0.0;
       double asked_back = 0.0;
       double most_back = 0.0;
       for (std::size_t k = stretch.first; k <= stretch.second; ++k) {
-        const double way = side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window);
-        asked = std::max(0.0, asked + way);
+        const double line = side * (motion.at_0 + motion.slope * input[k]) / static_cast<double>(window);
+        if ((k - stretch.first) % window == 0) {
+          usual = side * motion.usual(input[k]).value_or(0.0) / static_cast<double>(window);
+        }
+        asked = std::max(0.0, asked + std::min(line, usual));
         most = std::max(most, asked);
-        asked_back = std::max(0.0, asked_back - way);
+        asked_back = std::max(0.0, asked_back - line);
         most_back = std::max(most_back, asked_back);
       }
       // A rod on its stop comes back where it is asked to; one that does not answers to nothing.

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -48,6 +49,25 @@ std::optional<fs::path> newest_sheet_run(const fs::path& run) {
 
 namespace {
 
+/// The values of the sheet in a run folder, by their keys.
+class Sheet {
+ public:
+  explicit Sheet(const fs::path& run) {
+    std::error_code ignored;
+    if (fs::is_regular_file(run / kSheetFile, ignored)) {
+      values_ = parse_json_text<nlohmann::json>(os::read_file(run / kSheetFile));
+    }
+  }
+  [[nodiscard]] std::optional<double> value(const char* key) const {
+    const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
+    if (!values_.contains(place) || !values_.at(place).is_number()) return std::nullopt;
+    return values_.at(place).get<double>();
+  }
+
+ private:
+  nlohmann::json values_;
+};
+
 /// What a sheet file has of a leak.
 struct SeenCreep {
   double in_per_s = 0.0;
@@ -57,22 +77,36 @@ struct SeenCreep {
 
 /// None without a sheet that can be read, and where the dead band was too narrow to see it.
 std::optional<SeenCreep> creep_in(const fs::path& sheet_run) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(sheet_run / kSheetFile, ignored)) return std::nullopt;
-  const auto sheet = parse_json_text<nlohmann::json>(os::read_file(sheet_run / kSheetFile));
-  const auto value = [&](const char* key) -> std::optional<double> {
-    const nlohmann::json::json_pointer place(std::string("/") + key + "/value");
-    if (!sheet.contains(place) || !sheet.at(place).is_number()) return std::nullopt;
-    return sheet.at(place).get<double>();
-  };
-  const auto creep = value("creep_in_per_s");
-  const auto positive = value("gain_positive_in_per_V_s");
-  const auto negative = value("gain_negative_in_per_V_s");
+  const Sheet sheet(sheet_run);
+  const auto creep = sheet.value("creep_in_per_s");
+  const auto positive = sheet.value("gain_positive_in_per_V_s");
+  const auto negative = sheet.value("gain_negative_in_per_V_s");
   if (!creep || !positive || !negative) return std::nullopt;
   return SeenCreep{*creep, *positive, *negative};
 }
 
 }  // namespace
+
+std::optional<MeasuredValve> valve_in(const fs::path& sheet_run) {
+  const Sheet sheet(sheet_run);
+  const auto null_V = sheet.value("null_V");
+  const auto dead_band_V = sheet.value("dead_band_V");
+  if (!null_V || !dead_band_V) return std::nullopt;
+  const auto positive = sheet.value("gain_positive_in_per_V_s");
+  const auto negative = sheet.value("gain_negative_in_per_V_s");
+  return MeasuredValve{.run = sheet_run,
+                       .zone = {*null_V, std::max(0.0, *dead_band_V)},
+                       .gains = positive && negative ? std::optional(std::pair(*positive, *negative)) : std::nullopt};
+}
+
+std::optional<MeasuredValve> valve_beside(const fs::path& run) {
+  try {
+    const auto sheet = newest_sheet_run(run);
+    return sheet ? valve_in(*sheet) : std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
 
 std::optional<ident::Leak> leak_in(const fs::path& sheet_run) {
   const auto creep = creep_in(sheet_run);

@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <optional>
 #include <string_view>
+#include <utility>
 
+#include "config/valve_estimate.hpp"
 #include "ident/validation/map_error.hpp"
 #include "ident/valve/leak.hpp"
 
@@ -19,6 +21,19 @@ inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 /// the same by its name and, of a simulated one, its plant.
 /// @throws DataError, IoError, PermissionError  as read_manifest() and list_runs()
 [[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
+
+/// The valve by the sheet of a run.
+struct MeasuredValve {
+  std::filesystem::path run = {};
+  config::DeadZone zone = {};
+  std::optional<std::pair<double, double>> gains = {};  ///< extending and retracting [in/(V s)]
+};
+
+/// None where the sheet of the run folder lacks null or dead band.
+[[nodiscard]] std::optional<MeasuredValve> valve_in(const std::filesystem::path& sheet_run);
+
+/// The same of the newest sheet beside a run; none for a folder that the caller may not read.
+[[nodiscard]] std::optional<MeasuredValve> valve_beside(const std::filesystem::path& run);
 
 /// The leak that the valve sheet in a run folder shows; none without a leak, and without a sheet that can be read.
 [[nodiscard]] std::optional<ident::Leak> leak_in(const std::filesystem::path& sheet_run);

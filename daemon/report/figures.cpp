@@ -12,6 +12,7 @@
 #include <string>
 #include <utility>
 
+#include "config/characterisation.hpp"
 #include "core/time_text.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "ident/fractional/poles.hpp"
@@ -202,6 +203,39 @@ std::string axis_label(const ident::Channel& channel) {
   return channel.unit.empty() ? channel.name : fmt::format("{} [{}]", channel.name, channel.unit);
 }
 
+namespace {
+
+/// Gaps of a record that are long enough to be seen in its picture.
+std::vector<plot::Shade> seen_gaps(const ident::Record& record) {
+  constexpr double kSeen = 0.005;  // of the record
+  const auto seen = static_cast<std::size_t>(kSeen * static_cast<double>(record.output.size()));
+  std::vector<plot::Shade> shades;
+  const auto& rows = record.unmeasured;
+  for (std::size_t from = 0; from < rows.size();) {
+    std::size_t to = from + 1;
+    while (to < rows.size() && rows[to] == rows[to - 1] + 1) ++to;
+    if (to - from >= std::max(seen, ident::kRowsOfGap)) {
+      const auto time_s = [&](std::size_t row) { return record.start_s + static_cast<double>(row) * record.step_s; };
+      shades.push_back({.from = time_s(rows[from]),
+                        .to = time_s(rows[to - 1] + 1),
+                        .label = shades.empty() ? "not measured" : "",
+                        .look = plot::Look::hatched});
+    }
+    from = to;
+  }
+  return shades;
+}
+
+/// "measured output", with what its straight lines are where rows are missing.
+std::string output_label(const ident::Record& record) {
+  const auto rows = static_cast<double>(record.output.size());
+  const double lost_percent = 100.0 * static_cast<double>(record.unmeasured.size()) / rows;
+  if (!(lost_percent > config::kMostLostRows_percent)) return "measured output";
+  return fmt::format("output, {:.2g} % of its rows not measured and interpolated", lost_percent);
+}
+
+}  // namespace
+
 plot::Figure record_figure(const ident::Record& record, const std::string& title) {
   std::vector<double> time_s(static_cast<std::size_t>(record.output.size()));
   for (std::size_t i = 0; i < time_s.size(); ++i) {
@@ -209,7 +243,8 @@ plot::Figure record_figure(const ident::Record& record, const std::string& title
   }
   const auto all = [](const Eigen::VectorXd& v) { return std::span(v.data(), static_cast<std::size_t>(v.size())); };
   Panel output{.x_label = "", .y_label = axis_label(record.output_channel)};
-  output.series.push_back(curve(time_s, all(record.output), "measured output", 1));
+  output.series.push_back(curve(time_s, all(record.output), output_label(record), 1));
+  output.shades = seen_gaps(record);
   Panel input{.x_label = "time [s]", .y_label = axis_label(record.input_channel)};
   input.series.push_back(held_input(time_s, all(record.input)));
   return {.title = title, .panels = {std::move(output), std::move(input)}};

@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
+#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
@@ -81,7 +83,36 @@ std::string first_after_trial(const Subject& subject) {
   return "correct what ended the trial, then play it again with `eha track`";
 }
 
+namespace {
+
+/// That the rig file has not the valve of the newest sheet, with the command that mends it; empty where it has.
+std::string unused_sheet(const Subject& subject) {
+  const ordered_json& null_V = subject.part("rig", "following", "null_V");
+  const ordered_json& dead_band_V = subject.part("rig", "following", "dead_band_V");
+  if (!subject.sheet || subject.leak || !null_V.is_number() || !dead_band_V.is_number()) return {};
+  const config::DeadZone& measured = subject.sheet->zone;
+  const config::DeadZone known{null_V.get<double>(),
+                               std::max(0.0, dead_band_V.get<double>() - config::kDeadBandSpare_V)};
+  if (config::is_of_one_valve(known, measured)) return {};
+  return fmt::format(
+      "`{}` writes a rig file with the null of {:.3f} V and the dead band of {:.3f} V of the newest valve sheet, of "
+      "which the one in use has {:.3f} and {:.3f} V; put it into use",
+      on_one_line(suggest::sheet_into_rig_file(*subject.access(), subject.sheet->run.string())), measured.null_V,
+      measured.dead_band_V, known.null_V, known.dead_band_V);
+}
+
+/// The run of the newest valve sheet, where a controller of this model is to take its numbers; else empty.
+std::string sheet_for(const Subject& subject, const ident::Model& model) {
+  if (!subject.sheet) return {};
+  const auto& map = model.input_map;
+  if (map && !config::is_of_one_valve(subject.sheet->zone, {map->null, map->dead_band})) return {};
+  return subject.sheet->run.string();
+}
+
+}  // namespace
+
 std::string against_end(const Subject& subject) {
+  if (std::string unused = unused_sheet(subject); !unused.empty()) return unused;
   return subject.cause ? identify::remedy_of(*subject.cause) : "correct what ended the run";
 }
 
@@ -130,7 +161,8 @@ std::string next_steps(const Subject& subject, const ReportedModel& reported, bo
         "`eha characterise` measures the valve, which this record does not show well enough for a controller. Then ";
   } else if (subject.manifest && !reported.model.grey_box) {
     text += fmt::format("`{}` makes a controller of it and says what the rod will do; ",
-                        on_one_line(suggest::tune(*subject.access(), subject.folder.empty() ? "RUN" : subject.folder)));
+                        on_one_line(suggest::tune(*subject.access(), subject.folder.empty() ? "RUN" : subject.folder,
+                                                  sheet_for(subject, reported.model))));
   }
   if (reported.model.grey_box) {
     return text + fmt::format(

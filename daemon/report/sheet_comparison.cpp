@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
@@ -16,9 +17,8 @@
 namespace eha::report {
 namespace {
 
-constexpr double kRoundedCorner = 0.1;     // of the dead band: straight lines approximate rounded edges
-constexpr double kCurvedGain = 0.05;       // of a gain
-constexpr double kDeadBandSpare_V = 0.05;  // in [following], see eha-rig(5)
+constexpr double kRoundedCorner = 0.1;  // of the dead band: straight lines approximate rounded edges
+constexpr double kCurvedGain = 0.05;    // of a gain
 constexpr const char* kGain = "gain";
 constexpr const char* kHalfDeadBand = "half dead band";
 constexpr double kGainOfHalf = 2.0;  // [following] has half of each gain
@@ -86,8 +86,8 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
   auto dead_band = sheet("dead_band_V");
   std::string in_file;
   if (dead_band) {
-    in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, kDeadBandSpare_V);
-    dead_band = std::max(0.0, *dead_band - kDeadBandSpare_V);
+    in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, config::kDeadBandSpare_V);
+    dead_band = std::max(0.0, *dead_band - config::kDeadBandSpare_V);
   }
   add({.name = kHalfDeadBand, .unit = model.input_unit, .rounding = rounding, .in_file = in_file},
       by_model(model, Role::dead_band), dead_band, sheet("dead_band_uncertainty_V"));

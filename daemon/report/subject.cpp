@@ -265,6 +265,7 @@ Subject load_run(const record::OpenRun& run) {
   subject.manifest = record::to_json(manifest);
   read_tables(folder, subject);
   subject.leak = record::leak_beside(run.path());
+  subject.sheet = record::valve_beside(run.path());
   subject.sheet_says = record::sheet_says_beside(run.path());
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :

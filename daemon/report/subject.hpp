@@ -13,6 +13,7 @@
 #include "daemon/identify/trip_cause.hpp"
 #include "daemon/record/number_table.hpp"
 #include "daemon/record/open_run.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "daemon/suggest/commands.hpp"
 #include "ident/model/model.hpp"
 #include "ident/record.hpp"
@@ -62,6 +63,7 @@ struct Subject {
   std::optional<identify::TripCause> cause = {};  ///< of a limit that ended the run, where the record shows it
   std::string trial_stood = {};                   ///< a trial that stood under volts when it ended; empty: it did not
   std::optional<ident::Leak> leak = {};           ///< of the rig, by the valve sheet; none is known otherwise
+  std::optional<record::MeasuredValve> sheet = {};  ///< of the rig, by the newest valve sheet beside the run
   ident::SheetSays sheet_says = ident::SheetSays::nothing;
   DisplayUnit unit = DisplayUnit("in");  ///< of lengths
   std::vector<std::string> notes = {};   ///< files that should be there and are not

@@ -39,6 +39,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
      "the error drifts"},
     {Kind::slow_pair, "slow_pair", "", Unit::none, Weight::lowers, "zero and pole slower than the record",
      "a drift taken for the plant"},
+    {Kind::fast_resonance, "fast_resonance_Hz", "", Unit::none, Weight::lowers, "resonance that the rows show, Hz",
+     "the resonance may be a faster one"},
     {Kind::input_levels, "input_levels", "", Unit::none, Weight::lowers, "levels of the input",
      "too few levels of the input"},
     {Kind::saturated, "saturated_percent", "", Unit::percent, Weight::lowers, "rows at an end of the output",

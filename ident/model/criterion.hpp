@@ -22,8 +22,9 @@ enum class CriterionKind : std::uint8_t {
   future_input,     ///< correlation of the residual with the input that follows
   predicted_error,  ///< of the noise-free output of a fresh input of the same kind
   residual_drift,
-  slow_pair,     ///< time constant of a zero and a pole over the record's length, see slow_pair_over_record()
-  input_levels,  ///< distinct values of the record's input
+  slow_pair,       ///< time constant of a zero and a pole over the record's length, see slow_pair_over_record()
+  fast_resonance,  ///< frequency of a resonance that may be one above the Nyquist frequency [Hz]
+  input_levels,    ///< distinct values of the record's input
   saturated,
   far_saturated,  ///< saturated, or on an end stop, in so many samples that the parameters are wrong
   jump,           ///< a sudden lasting change of the error

@@ -54,14 +54,14 @@ std::string lags_note(const Model& model, const Verdict& verdict) {
     return outside + "the error is more than white noise; why the model is rejected, its reasons say.";
   }
   if (fails_any(verdict, {Kind::residual_input, Kind::nonlinearity, Kind::error_over_noise})) {
+    constexpr double kSmall_percent = 5.0;  // of the output's standard deviation
+    const bool is_small = 100.0 - model.validation->score.fit_percent <= kSmall_percent;
     return fmt::format(
-        "{}the error is more than white noise, {}. They lower the verdict to {} and do not reject it, since the error "
-        "is "
-        "small: {}.",
-        outside,
+        "{}the error is more than white noise, {}. They lower the verdict to {} and do not reject it{}: {}.", outside,
         is_rather_nonlinear(model, verdict) ? "as the plant is not linear as the model is"
                                             : "the model lacks a part of the plant",
-        text(verdict.grade), scatter_text(model));
+        text(verdict.grade), is_small ? ", since the error is small" : ", though the error is not small",
+        scatter_text(model));
   }
   if (!with_input) {
     return fmt::format(

@@ -98,4 +98,11 @@ std::optional<double> loop_in_record(const Record& record) {
   return is_answer ? std::optional(correlation) : std::nullopt;
 }
 
+double same_row_correlation(const Record& record) {
+  const Index rows = std::min(record.input.size(), record.output.size());
+  const double correlation =
+      scaled_signal(record.input.head(rows)).dot(scaled_signal(record.output.head(rows))) / static_cast<double>(rows);
+  return std::isfinite(correlation) ? correlation : 0.0;
+}
+
 }  // namespace eha::ident

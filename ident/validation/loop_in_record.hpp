@@ -21,4 +21,9 @@ namespace eha::ident {
 /// Soderstrom, Stoica, System Identification (1989), ch. 10.
 [[nodiscard]] std::optional<double> loop_in_record(const Record& record);
 
+/// Correlation of input and output in the same row; 0 where one of them stands. A controller without noise or delay of
+/// its own, whose reference stands, makes it -1 or 1, and no model tells such a loop from a plant that answers at once.
+/// Cost O(N).
+[[nodiscard]] double same_row_correlation(const Record& record);
+
 }  // namespace eha::ident

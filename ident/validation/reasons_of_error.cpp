@@ -206,7 +206,7 @@ std::string Reasons::remedy() const {
                 ? advice_on_amplitudes()
                 : "try more poles (`eha fit --model io --poles 5 --zeros 4`)");
   }
-  return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit` without --model)"
+  return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit --model ladder`)"
                                              : "try the valve map (--input-map valve)";
 }
 

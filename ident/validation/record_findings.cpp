@@ -39,6 +39,7 @@ constexpr std::size_t kFewestAlike = 3;
 constexpr Index kJumpRows = 4;  // the filter of a decimation spreads a jump
 constexpr Index kBesideJump = 25;
 constexpr double kCutRows = 4.0;     // compared rows from a jump to where the record is cut
+constexpr double kLeastPart = 0.05;  // of the record, to be fitted instead of it
 constexpr double kCutOfTime = 0.01;  // of the time of a jump, where the rows' distance is not known
 constexpr double kJumpOverUsual = 8.0;
 constexpr double kLikeIt = 0.6;        // of the largest change
@@ -123,8 +124,9 @@ class Search {
     const Eigen::VectorXd& y = rows_.measured;
     if (const auto part = most_moving_part({y.data(), static_cast<std::size_t>(y.size())}, left_out)) {
       const auto [begin, end] = *part;
-      if (begin > 0) stop.clean_from_s = time(static_cast<Index>(begin));
-      if (end < static_cast<std::size_t>(y.size())) stop.clean_to_s = time(static_cast<Index>(end) - 1);
+      const bool is_long = static_cast<double>(end - begin) >= kLeastPart * static_cast<double>(y.size());
+      if (is_long && begin > 0) stop.clean_from_s = time(static_cast<Index>(begin));
+      if (is_long && end < static_cast<std::size_t>(y.size())) stop.clean_to_s = time(static_cast<Index>(end) - 1);
     }
     return stop;
   }

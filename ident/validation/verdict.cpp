@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/fast_resonance.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
@@ -164,6 +165,15 @@ void judge_input(const Model& model, Judgement& judgement) {
   if (model.provenance.contains(kWrongInput)) judgement.criterion(Kind::wrong_input, 1.0, 0.0, false);
 }
 
+/// Share of the validating samples at which the output is at its limit [%].
+double at_an_end_percent(const ValidationReport& validation) {
+  return std::max(validation.saturated_percent.value_or(0.0), validation.end_stop ? validation.end_stop->percent : 0.0);
+}
+
+bool stands_at_an_end(const Model& model) {
+  return model.validation && at_an_end_percent(*model.validation) > kFarSaturated_percent;
+}
+
 void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
   const ValidationReport& validation = *model.validation;
   if (const auto& noise = validation.input_noise) {
@@ -180,8 +190,7 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
   const auto at_most = [&](Kind kind, const std::optional<double>& share, double limit) {
     if (share) judgement.criterion(kind, *share, limit, *share <= limit);
   };
-  const double at_an_end =
-      std::max(validation.saturated_percent.value_or(0.0), validation.end_stop ? validation.end_stop->percent : 0.0);
+  const double at_an_end = at_an_end_percent(validation);
   if (validation.saturated_percent || validation.end_stop) {
     // However few samples it is at a stop, the model was fitted to it as well.
     const double most = validation.end_stop ? 0.0 : kMostSaturated_percent;
@@ -265,6 +274,14 @@ void judge_slow_pair(const Model& model, Judgement& judgement) {
   if (pair && *pair > kLongestPair) judgement.criterion(Kind::slow_pair, *pair, kLongestPair, false);
 }
 
+/// A resonance above the Nyquist frequency shows below it.
+void judge_resonance(const Model& model, double row_s, Judgement& judgement) {
+  const std::optional<double> resonance_Hz = row_s > 0.0 ? fastest_resonance_Hz(model) : std::nullopt;
+  if (!resonance_Hz) return;
+  const double from_Hz = ambiguous_from_Hz(row_s);
+  judgement.criterion(Kind::fast_resonance, *resonance_Hz, from_Hz, *resonance_Hz <= from_Hz);
+}
+
 /// Judges whether the record determines what the structure leaves free. The paper's procedure gives no errors.
 void judge_parameters(const Model& model, Judgement& judgement) {
   if (!model.estimation || !model.estimation->correlation) return;
@@ -326,7 +343,8 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   }
   judge_loop(model, judgement);
   judge_input(model, judgement);
-  if (facts.error_over_refit) {
+  // Of an output that stands at an end the structure fits another plant, however little that has changed.
+  if (facts.error_over_refit && !stands_at_an_end(model)) {
     judgement.criterion(Kind::error_over_refit, *facts.error_over_refit, kGreatestErrorOverRefit,
                         *facts.error_over_refit <= kGreatestErrorOverRefit);
   }
@@ -334,6 +352,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   judge_length(model, facts, judgement);
   judge_stability(model, limits, judgement);
   judge_slow_pair(model, judgement);
+  judge_resonance(model, facts.row_s, judgement);
   judge_parameters(model, judgement);
   if (const auto& best = facts.recommended) {
     judgement.criterion(Kind::above_recommended, best->ar_bic_lower_by, kClearGain, best->ar_bic_lower_by <= kClearGain,

@@ -62,6 +62,7 @@ struct RecordFacts {
     bool is_too_little = false;  ///< whatever the tests can judge: a small part of a run, or a record that stands still
   };
   std::optional<Piece> piece = {};
+  double row_s = 0.0;               ///< time between the rows of input and output [s]; 0 where not known
   bool holds_both_parts = false;    ///< one part of it estimated the model, the other one validates it
   bool beside_ladder = false;       ///< every structure of the ladder is fitted to it too
   bool judging_part_rests = false;  ///< as in Verdict
@@ -87,20 +88,21 @@ struct RecordFacts {
 /// that the procedure does not leave out. A model that is not rejected is good when it passes the rest too, else
 /// usable: each residual test at 1
 /// %, no drift of the residual, no jump of the error, an AR-BIC at most kClearGain above that of the recommended model,
-/// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), a predicted error on a
-/// fresh input of at most 5 %, no stay at an end stop and at most 1 % of samples at which the output is at its limit
-/// and the model is not, a validating error (rms) of at most kGreatestErrorOverNoise times the noise and, unless the
-/// fit is 99.9 %, of at most kGreatestErrorOverEstimating times the estimating one, at most 5 % of the validating
-/// samples with an input beyond the estimating ones, and an input of an excitation order no less than the parameters of
-/// G. A criterion that a short record does not determine is not judged, and the model is usable: the residual tests
-/// that pass on too few samples to say something (see kNoticedShare), or on an input that hardly moves (see
-/// answering_samples()), a predicted error whose interval holds 5 %, other amplitudes than those of an input of two
-/// levels, the noise of an excitation that repeats without two periods. Where noise of the measured input makes what
-/// is left over (InputNoise), that is the criterion, and the tests of the residual, the noise between periods and the
-/// error on unseen data are not judged, as they would see that noise. Every criterion that applied is listed with
-/// value and limit; each that failed or was not judged has a sentence, those of a rejection first. A model without
-/// validation (the whole record estimated) is judged by its estimation figures, and usable; a sentence says so. Never
-/// throws on a model's content; a figure that is not finite does not pass.
+/// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), no resonance above half
+/// the Nyquist frequency, a predicted error on a fresh input of at most 5 %, no stay at an end stop and at most 1 % of
+/// samples at which the output is at its limit and the model is not, a validating error (rms) of at most
+/// kGreatestErrorOverNoise times the noise and, unless the fit is 99.9 %, of at most kGreatestErrorOverEstimating times
+/// the estimating one, at most 5 % of the validating samples with an input beyond the estimating ones, and an input of
+/// an excitation order no less than the parameters of G. A criterion that a short record does not determine is not
+/// judged, and the model is usable: the residual tests that pass on too few samples to say something (see
+/// kNoticedShare), or on an input that hardly moves (see answering_samples()), a predicted error whose interval holds 5
+/// %, other amplitudes than those of an input of two levels, the noise of an excitation that repeats without two
+/// periods. Where noise of the measured input makes what is left over (InputNoise), that is the criterion, and the
+/// tests of the residual, the noise between periods and the error on unseen data are not judged, as they would see that
+/// noise. Every criterion that applied is listed with value and limit; each that failed or was not judged has a
+/// sentence, those of a rejection first. A model without validation (the whole record estimated) is judged by its
+/// estimation figures, and usable; a sentence says so. Never throws on a model's content; a figure that is not finite
+/// does not pass.
 [[nodiscard]] Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts = {});
 
 /// The validating samples that can show an answer of the plant: those behind a move of the input, as in ResidualTests.

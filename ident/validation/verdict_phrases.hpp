@@ -71,6 +71,10 @@ inline constexpr const char* kSlowRows = "slow_rows";
 /// The provenance of a model of a record in closed loop: the correlation of loop_in_record().
 inline constexpr const char* kLoopOfRecord = "loop";
 
+/// The provenance of a model that follows nothing of a record whose input is a multiple of its output: the correlation
+/// of the two in a row.
+inline constexpr const char* kOutputInInput = "output_in_input";
+
 /// The provenance of a model of a file whose input column is not what the plant got: what shows it, and what to do.
 inline constexpr const char* kWrongInput = "wrong_input";
 

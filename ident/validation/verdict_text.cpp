@@ -11,6 +11,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/explanation.hpp"
+#include "ident/validation/fast_resonance.hpp"
 #include "ident/validation/first_step.hpp"
 #include "ident/validation/reasons.hpp"
 #include "ident/validation/verdict.hpp"
@@ -42,7 +43,7 @@ std::vector<std::string> Reasons::all() {
   const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
     return c.kind == Kind::error_over_refit && has_failed(c);
   });
-  about({Kind::error_over_refit, Kind::slow_pair, Kind::r2, Kind::max_abs_error});
+  about({Kind::error_over_refit, Kind::slow_pair, Kind::fast_resonance, Kind::r2, Kind::max_abs_error});
   // A cause stands before the statistics that show it.
   if (!is_of_another_plant) about({Kind::residual_drift});
   about({Kind::error_over_estimating});
@@ -140,10 +141,23 @@ std::string Reasons::failed(const Criterion& c) const {
       if (model_.grey_box && c.value < kHardlyFollows_percent) {
         return fmt::format(
             "This structure does not follow the record: the {} R2 of {} % is below the limit of {:.4g} %; "
-            "fit the ladder, which may (`eha fit` without --model).",
+            "fit the ladder, which may (`eha fit --model ladder`).",
             c.parameter, percent_text(c.value), c.limit);
       }
       if (c.value < kNoAnswer_percent && !answers_in_estimation() && !is_cause_named()) {
+        if (const auto multiple = model_.provenance.find(kOutputInInput); multiple != model_.provenance.end()) {
+          return fmt::format(
+              "The input is a multiple of the output in the same row (correlation {}), as a controller makes it that "
+              "holds the output at a place, and shows no plant: the {} R2 of {} % is below the limit of {:.4g} %; "
+              "record with the loop open, or with a reference that moves.",
+              multiple->second, c.parameter, percent_text(c.value), c.limit);
+        }
+        if (verdict_.error_over_recommended) {
+          return fmt::format(
+              "This structure does not follow the record, which the recommended one describes: the {} R2 of {} % is "
+              "below the limit of {:.4g} %.",
+              c.parameter, percent_text(c.value), c.limit);
+        }
         return fmt::format(
             "The output hardly answers to the input: the {} R2 of {} % is below the limit of {:.4g} %; were "
             "supply and valve on, was the output off its ends, and are these the right columns (--input, --output)? "
@@ -211,6 +225,8 @@ std::string Reasons::failed(const Criterion& c) const {
           "long, {:.2g} times; take no gain and no slow time constant from this model{}; the sensor, the supply or "
           "the temperature may have drifted: check them, and record again.",
           c.value, beside_the_drift());
+    case Kind::fast_resonance:
+      return fast_resonance_sentence(c.value, 0.25 / c.limit);
     case Kind::saturated:
       if (model_.validation && model_.validation->end_stop) return {};  // a note says it, with the time
       return fmt::format(
@@ -292,14 +308,14 @@ std::string Reasons::failed(const Criterion& c) const {
       if (is_level_out_of_sight(model_, *p)) {
         return fmt::format(
             "The record does not show {}: {:.3g}{} has no upper bound or is beyond 4000 times the output's standard "
-            "deviation, for which the plant is linear; use a transfer function (`eha fit` without --model).",
+            "deviation, for which the plant is linear; use a transfer function (`eha fit --model ladder`).",
             c.parameter, p->value, unit);
       }
       return fmt::format(
           "The record does not need {}: it may be 0, its 95 % interval is {}; use {}, or record "
           "longer.",
           c.parameter, interval_text(*p),
-          p->role == ParameterRole::grey_box ? "a transfer function (`eha fit` without --model)"
+          p->role == ParameterRole::grey_box ? "a transfer function (`eha fit --model ladder`)"
                                              : "the model without it");
     }
     case Kind::above_recommended:

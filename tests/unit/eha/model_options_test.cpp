@@ -36,6 +36,18 @@ TEST(ModelOptions, NameNoStructureWhereNothingIsAskedSoThatTheLadderIsClimbed) {
   EXPECT_TRUE(ladder.parameters.empty());
 }
 
+TEST(ModelOptions, ClimbTheLadderWhateverAnExperimentNames) {
+  ModelOptions options;
+  options.families = {"fo"};
+  const std::vector<StructureOptions> configured = structures_for(options, {});
+  ASSERT_EQ(configured.size(), 1U);
+  EXPECT_EQ(structures_for({}, configured).size(), 1U);
+  options.families = {std::string(kLadder)};
+  EXPECT_TRUE(structures_for(options, configured).empty());
+  options.families.emplace_back("io");
+  EXPECT_EQ(fault_of(options), "--model ladder fits every structure of the ladder: leave out the other structures");
+}
+
 TEST(ModelOptions, ShapeTheWholeLadderWhereNoModelIsNamed) {
   ModelOptions options;
   options.poles = 3;

@@ -78,6 +78,9 @@ TEST(RunLine, BeginsWithRowsThatAreLostBeyondWhatASheetMayLack) {
   progress.lost_percent = 0.9;
   EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("37.7 s left"), 0U);
   progress.lost_percent = 8.25;
+  progress.skipped = 2;
+  EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("37.7 s left"), 0U) << "of the first rows";
+  progress.skipped = 300;
   EXPECT_EQ(run_line(progress, DisplayUnit(), kNow).find("ROWS LOST: 8.2 % so far  37.7 s left"), 0U)
       << run_line(progress, DisplayUnit(), kNow);
   progress.is_placing = true;

@@ -72,6 +72,27 @@ TEST(LoneRows, AreThoseThatARodCannotReach) {
   EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{700, 1800, 1801, 2500}));
 }
 
+TEST(LoneRows, AreSoManyAtOnceAsHoldAValueInThePlaceOfReadings) {
+  Rod r = rod();
+  std::vector<std::size_t> expected;
+  for (std::size_t k = 700; k < 720; ++k) {
+    r.output[k] = 9999.0;
+    expected.push_back(k);
+  }
+  EXPECT_EQ(lone_rows(r.input, r.output), expected);
+  for (std::size_t k = 700; k < 700 + kRodRows / 50; ++k) r.output[k] = 9999.0;
+  EXPECT_TRUE(lone_rows(r.input, r.output).empty()) << "a fiftieth of the rows at once";
+  // A valve that opens for a while, and a plant that answers at once.
+  std::vector<double> input(kRodRows, 0.0);
+  std::vector<double> output(kRodRows, 1.0);
+  for (std::size_t k = 0; k < kRodRows; ++k) output[k] += 0.01 * static_cast<double>(k % 7);
+  for (std::size_t k = 900; k < 920; ++k) {
+    input[k] = 5.0;
+    output[k + 1] = 30.0;
+  }
+  EXPECT_TRUE(lone_rows(input, output).empty());
+}
+
 TEST(LoneRows, AreNoneWhereTheInputHasAPulseOrTheSignalIsSuch) {
   std::vector<double> input(kRodRows, 0.0);
   std::vector<double> output(kRodRows, 1.0);

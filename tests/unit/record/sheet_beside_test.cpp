@@ -40,5 +40,21 @@ TEST(NewestSheetRun, IsOfTheSameRigNotOfOneOfItsName) {
   EXPECT_EQ(newest_sheet_run(run("0107", manifest_on("alone", 0.6, plant), false)), std::nullopt);
 }
 
+TEST(ValveIn, HasNullAndDeadBandAndTheGainsThatTheSheetKnows) {
+  const test::TemporaryFolder folder;
+  EXPECT_FALSE(valve_in(folder.path())) << "no sheet";
+  folder.write(std::string(kSheetFile), R"({"null_V": {"value": -0.2}})");
+  EXPECT_FALSE(valve_in(folder.path()));
+  folder.write(std::string(kSheetFile), R"({"null_V": {"value": -0.2}, "dead_band_V": {"value": 0.15}})");
+  const auto valve = valve_in(folder.path());
+  ASSERT_TRUE(valve.has_value());
+  EXPECT_EQ(valve->zone.null_V, -0.2);
+  EXPECT_EQ(valve->zone.dead_band_V, 0.15);
+  EXPECT_FALSE(valve->gains.has_value());
+  folder.write(std::string(kSheetFile), R"({"null_V": {"value": -0.2}, "dead_band_V": {"value": 0.15},
+      "gain_positive_in_per_V_s": {"value": 1.2}, "gain_negative_in_per_V_s": {"value": 1.1}})");
+  EXPECT_EQ(valve_in(folder.path())->gains, std::pair(1.2, 1.1));
+}
+
 }  // namespace
 }  // namespace eha::record

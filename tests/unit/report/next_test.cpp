@@ -67,6 +67,30 @@ TEST(Next, LooksAtTheComputerOfARunThatLostTicks) {
   EXPECT_NE(box.find("Next: <code>eha doctor</code> and <code>eha latency --load</code>"), std::string::npos) << box;
 }
 
+TEST(Next, TunesWithTheSheetOfTheSameValve) {
+  Subject subject = run_of("completed", ident::Grade::good);
+  ident::Model& model = subject.models[0].model;
+  model.input_unit = "V";
+  model.input_map = ident::ValveMap{.null = -0.2, .dead_band = 0.15, .negative_gain_ratio = 0.9};
+  EXPECT_EQ(box_of(subject).find("--sheet"), std::string::npos);
+  subject.sheet = record::MeasuredValve{.run = "/runs/sheet", .zone = {-0.2, 0.15}};
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("eha tune /runs/run --sheet /runs/sheet"), std::string::npos) << box;
+  subject.sheet->zone.dead_band_V = 0.4;
+  EXPECT_EQ(box_of(subject).find("--sheet"), std::string::npos) << "of another valve";
+}
+
+TEST(Next, PutsANewerSheetIntoTheRigFileAfterATrip) {
+  Subject subject = run_of("faulted", ident::Grade::usable);
+  (*subject.manifest)["rig"]["following"] = {{"null_V", -0.2}, {"dead_band_V", 0.2}};
+  subject.sheet = record::MeasuredValve{.run = "/runs/sheet", .zone = {-0.2, 0.15}};
+  EXPECT_EQ(box_of(subject).find("eha characterise"), std::string::npos) << "of which 0.05 V are spare";
+  subject.sheet->zone.null_V = 0.1;
+  const std::string box = box_of(subject);
+  EXPECT_NE(box.find("<code>eha characterise /runs/sheet -o"), std::string::npos) << box;
+  EXPECT_NE(box.find("the null of 0.100 V and the dead band of 0.150 V"), std::string::npos) << box;
+}
+
 TEST(Next, MeasuresTheValveFirstWhereTheMapIsInDoubt) {
   Subject subject = run_of("completed", ident::Grade::usable);
   ident::Model& model = subject.models[0].model;

@@ -46,6 +46,19 @@ Eigen::VectorXd levels(Eigen::Index rows, std::mt19937_64& draw) {
   return u;
 }
 
+TEST(SameRowCorrelation, IsThatOfAControllerWhoseReferenceStands) {
+  std::mt19937_64 draw(1);
+  const auto hold = [](Eigen::Index, double y) { return 2.0 * (1.0 - y); };
+  EXPECT_NEAR(same_row_correlation(loop_record_of(hold, 0.1, draw)), -1.0, 1e-9);
+  const Eigen::VectorXd reference = levels(100, draw);
+  const auto open = [&](Eigen::Index k, double) { return reference[k]; };
+  EXPECT_GT(same_row_correlation(loop_record_of(open, 0.1, draw)), 0.0);
+  Record still;
+  still.input = Eigen::VectorXd::Ones(10);
+  still.output = Eigen::VectorXd::Ones(10);
+  EXPECT_EQ(same_row_correlation(still), 0.0);
+}
+
 TEST(LoopInRecord, IsSeenWhereTheNoiseGoesRoundIt) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     std::mt19937_64 draw(seed);

@@ -53,7 +53,7 @@ TEST(Verdict, RejectsACoefficientThatMayBe0) {
             "record longer.");
   // A grey box has no form without one of its parameters.
   model.parameters[0].role = ParameterRole::grey_box;
-  EXPECT_NE(judge(model, {}).reasons.front().find("use a transfer function (`eha fit` without --model)"),
+  EXPECT_NE(judge(model, {}).reasons.front().find("use a transfer function (`eha fit --model ladder`)"),
             std::string::npos);
   model.parameters[0].role = ParameterRole::denominator_coefficient;
   // A coefficient that the structure or a request holds is not asked.
