@@ -249,16 +249,17 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
   Identification held = of_task(task);
   // What the input does to noise alone is nothing, and a wrong one does nothing between the rows.
   const ident::FirstStep first = identify::next_step_of(held).first;
-  const bool is_lost = first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input;
-  if (is_lost || command.record.intersample) return {task, std::move(held)};
+  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input)
+    return {task, std::move(held)};
   const auto between = identify::input_between_rows(source, task, held);
-  if (between && between->is_straight) {
+  if (between && between->is_straight && !command.record.intersample) {
     console.info(fmt::format("{}: it is taken so (--intersample zoh: as held)", between->seen));
     identify::take_input_as_straight(source);
     const IdentificationTask straight = task_for(command, source);
     return {straight, of_task(straight)};
   }
-  if (!between) return {task, std::move(held)};
+  // What the user says of the input stands against what is only possible.
+  if (!between || (command.record.intersample && !between->is_straight)) return {task, std::move(held)};
   std::string straight = importer::command_with(again.import, again.source, "--intersample foh");
   console.warning(identify::advice_of(*between, straight));
   for (identify::IdentifiedModel& model : held.models) {

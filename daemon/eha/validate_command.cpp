@@ -12,6 +12,7 @@
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
+#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/import_options.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_options.hpp"
@@ -33,6 +34,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/lags_note.hpp"
 #include "ident/validation/output_unit.hpp"
+#include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -227,6 +229,9 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   model.verdict = ident::judge(judged, limits, facts);
   model.verdict->usable_band = band;
 
+  // Of an output that stands at an end its verdict says no such thing.
+  const bool is_another =
+      scored_here.of_another_plant && ident::fails_any(*model.verdict, {ident::CriterionKind::error_over_refit});
   const auto exchanged = model.verdict->accepted ? std::nullopt : identify::exchanged_fit(source, options, scored_here);
 
   const double shown_factor = console.unit(source.units).factor(model.output_unit);
@@ -269,7 +274,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     }
     for (const std::string& reason : shown.verdict->reasons) text += "  " + wrapped(reason, 2) + "\n";
   }
-  if (scored_here.of_another_plant && !exchanged && silent.empty()) {
+  if (is_another && !exchanged && silent.empty()) {
     text += change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown);
   }
   text += fmt::format("On {} samples:\n", validation.score.samples);
@@ -287,14 +292,21 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     text += wrapped(note, 0) + "\n";
   }
   console.print(text);
+  if (is_another && source.run_folder) warn_of_leak(*source.run_folder, console, source.units);
   if (exchanged) {
     console.next_step(importer::command_with(command.import, command.source, source.exchange));
     return ExitCode::model_rejected;
   }
+  const std::string picture =
+      fmt::format("eha plot {}{} -o {}", shell_word(command.source), importer::words_of_reading(command.import.command),
+                  shell_word(free_name("record.svg")));
   if (!silent.empty()) {
-    console.next_step(fmt::format("eha plot {}{} -o {}", shell_word(command.source),
-                                  importer::words_of_reading(command.import.command),
-                                  shell_word(free_name("record.svg"))));
+    console.next_step(picture);
+    return ExitCode::model_rejected;
+  }
+  if (const auto& stop = validation.end_stop; stop && !model.verdict->accepted && !is_another) {
+    const std::string part = ident::cut_options(*stop);
+    console.next_step(part.empty() ? picture : importer::command_with(command.import, command.source, part));
     return ExitCode::model_rejected;
   }
   if (!model.verdict->accepted) {
@@ -303,7 +315,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     const bool is_of_file = !source.run_folder && std::filesystem::is_regular_file(record, ignored);
     // The comparison of the model with this record is told already; the record's own report does not show this model.
     importer::ReadAlike before{{}, command.model_file};
-    if (scored_here.of_another_plant && is_of_file) {
+    if (is_another && is_of_file) {
       before = importer::read_alike(command_of(model), record);
     }
     const importer::ReadAlike now =
@@ -311,7 +323,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     console.next_step(fmt::format("{}{}eha compare {} {}{} -o {}", before.import, now.import, shell_word(before.name),
                                   shell_word(now.name), intersample_words(command.record.intersample),
                                   shell_word(free_name("comparison.html"))));
-    if (scored_here.of_another_plant && source.run_folder && record::is_run_folder(record)) {
+    if (is_another && source.run_folder && record::is_run_folder(record)) {
       console.next_step(fmt::format("eha compare {} {}", shell_word(record), shell_word(command.source)));
     }
     return ExitCode::model_rejected;

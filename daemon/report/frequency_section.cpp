@@ -28,7 +28,22 @@ struct Distance {
   double gain_dB = 0.0;
   double phase_deg = 0.0;
   std::size_t missed = 0;  ///< lines whose 95 % bar of the gain error does not hold 0
+  std::size_t lines_in_band = 0;
+  double gain_in_band_dB = 0.0;  ///< of the lines in the usable band
+  double phase_in_band_deg = 0.0;
 };
+
+using Band = std::optional<ident::FrequencyInterval>;
+
+/// Adds a line and how far off it the model is.
+void add_line(double frequency_Hz, double gain_dB, double phase_deg, const Band& band, Distance& distance) {
+  distance.gain_dB = std::max(distance.gain_dB, std::abs(gain_dB));
+  distance.phase_deg = std::max(distance.phase_deg, std::abs(phase_deg));
+  if (!band || frequency_Hz < band->lowest_Hz || frequency_Hz > band->highest_Hz) return;
+  ++distance.lines_in_band;
+  distance.gain_in_band_dB = std::max(distance.gain_in_band_dB, std::abs(gain_dB));
+  distance.phase_in_band_deg = std::max(distance.phase_in_band_deg, std::abs(phase_deg));
+}
 
 /// Whether the bar of a line, as gain_error_panel() draws it, does not hold 0.
 bool misses_0(const record::NumberTable& response, std::size_t line, double error_dB) {
@@ -39,7 +54,7 @@ bool misses_0(const record::NumberTable& response, std::size_t line, double erro
   return error_dB + 20.0 * std::log10(1.0 - relative) > 0.0 || error_dB + 20.0 * std::log10(1.0 + relative) < 0.0;
 }
 
-Distance distance_of(const record::NumberTable& response, const std::string& model) {
+Distance distance_of(const record::NumberTable& response, const std::string& model, const Band& band) {
   Distance distance;
   const auto* f = response.find("frequency_Hz");
   const auto* gain = response.find("gain_dB");
@@ -50,8 +65,7 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
   for (std::size_t i = 0; i < f->size(); ++i) {
     const double error_dB = (*gain)[i] - (*model_gain)[i];
     if (misses_0(response, i, error_dB)) ++distance.missed;
-    distance.gain_dB = std::max(distance.gain_dB, std::abs(error_dB));
-    distance.phase_deg = std::max(distance.phase_deg, std::abs((*phase)[i] - (*model_phase)[i]));
+    add_line((*f)[i], error_dB, (*phase)[i] - (*model_phase)[i], band, distance);
   }
   distance.lines = f->size();
   if (!f->empty()) {
@@ -63,7 +77,7 @@ Distance distance_of(const record::NumberTable& response, const std::string& mod
 
 /// The same with the model's valve map, where shows_map().
 Distance distance_with_map(const record::NumberTable& response, const ident::Model& model,
-                           const identify::FitTable& fit) {
+                           const identify::FitTable& fit, const Band& band) {
   const ident::BodeCurve curve = curve_at_lines(model, response, &fit);
   const std::vector<double>& gain = *response.find("gain_dB");
   const std::vector<double>& phase = *response.find("phase_deg");
@@ -71,8 +85,8 @@ Distance distance_with_map(const record::NumberTable& response, const ident::Mod
       .lines = gain.size(), .lowest_Hz = curve.frequency_Hz.front(), .highest_Hz = curve.frequency_Hz.back()};
   for (std::size_t i = 0; i < gain.size(); ++i) {
     if (misses_0(response, i, gain[i] - curve.gain_dB[i])) ++distance.missed;
-    distance.gain_dB = std::max(distance.gain_dB, std::abs(gain[i] - curve.gain_dB[i]));
-    distance.phase_deg = std::max(distance.phase_deg, std::abs(std::remainder(phase[i] - curve.phase_deg[i], 360.0)));
+    add_line(curve.frequency_Hz[i], gain[i] - curve.gain_dB[i], std::remainder(phase[i] - curve.phase_deg[i], 360.0),
+             band, distance);
   }
   return distance;
 }
@@ -136,8 +150,9 @@ std::string against_difference(const ident::Model& model, const std::string& whe
 
 Remark remark_on(const Subject& subject, const ReportedModel& reported, const record::NumberTable* response) {
   const bool has_map = shows_map(reported.model, response, &subject.fit);
-  const Distance distance = has_map               ? distance_with_map(*response, reported.model, subject.fit)
-                            : response != nullptr ? distance_of(*response, reported.model.name)
+  const Band band = reported.usable_band();
+  const Distance distance = has_map               ? distance_with_map(*response, reported.model, subject.fit, band)
+                            : response != nullptr ? distance_of(*response, reported.model.name, band)
                                                   : Distance{};
   if (distance.lines == 0) return without_response(reported);
   const std::optional<double> distortion = greatest_distortion_dB(*response);
@@ -148,6 +163,11 @@ Remark remark_on(const Subject& subject, const ReportedModel& reported, const re
                                                               distance.lines, distance.lowest_Hz, distance.highest_Hz),
                             reported.model.name + (has_map ? " with its map" : ""),
                             ident::figure_text(distance.gain_dB), ident::figure_text(distance.phase_deg));
+  if (distance.lines_in_band > 0 && distance.lines_in_band < distance.lines) {
+    remark.seen +=
+        fmt::format(" Within the usable band it is within {} dB and {} deg.",
+                    ident::figure_text(distance.gain_in_band_dB), ident::figure_text(distance.phase_in_band_deg));
+  }
   remark.seen += distortion ? fmt::format(" The distortion is at most {:.0f} dB relative to the output.", *distortion)
                             : " Distortion was not measured; an odd_random_multisine would.";
   remark.seen += median_sentence(*response);

@@ -39,8 +39,7 @@ std::string leak_text(const Leak& leak, const DisplayUnit& unit) {
 std::string leak_finding(const Leak& leak, const DisplayUnit& unit) {
   return fmt::format(
       "{}: by the valve sheet {}. That moves null, dead band and gains of the moving rod by more than their intervals, "
-      "and another sheet, model or "
-      "controller does not mend it: {}.",
+      "and another sheet, model or controller does not mend it: {}.",
       capitalised(kLeaks), creep_text(leak, unit), kRepairFirst);
 }
 
