@@ -29,6 +29,22 @@ namespace {
 
 using eha::test::TemporaryFolder;
 
+TEST(RecordFigure, SaysWhatWasNotMeasured) {
+  ident::Record record;
+  record.step_s = 0.1;
+  record.input = Eigen::VectorXd::Zero(1000);
+  record.output = Eigen::VectorXd::LinSpaced(1000, 0.0, 1.0);
+  record.unmeasured = {3};
+  EXPECT_TRUE(record_figure(record, "").panels[0].shades.empty()) << "a row is no gap";
+  EXPECT_EQ(record_figure(record, "").panels[0].series[0].label, "measured output");
+  for (std::size_t k = 500; k < 600; ++k) record.unmeasured.push_back(k);
+  const plot::Figure figure = record_figure(record, "");
+  ASSERT_EQ(figure.panels[0].shades.size(), 1U);
+  EXPECT_NEAR(figure.panels[0].shades[0].from, 50.0, 1e-9);
+  EXPECT_NEAR(figure.panels[0].shades[0].to, 60.0, 1e-9);
+  EXPECT_EQ(figure.panels[0].series[0].label, "output, 10 % of its rows not measured and interpolated");
+}
+
 TEST(ComparisonPage, SaysWhatChangedAndDrawsIt) {
   const ident::Model before = model_named("io_valve", ident::Grade::good, 99.0);
   ident::PlantChange change;

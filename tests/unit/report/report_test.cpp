@@ -342,6 +342,18 @@ TEST(Page, GivesARemedyInTheBoxAlone) {
       << "beside the plots over time, of the frequencies and of the residual";
 }
 
+TEST(Page, SaysHowNearTheModelIsWithinItsUsableBand) {
+  Subject subject = subject_of("run", ident::Grade::usable);
+  subject.models[0].model.verdict->usable_band = ident::FrequencyInterval{0.01, 0.1};
+  record::NumberTable response;
+  response.names = {"frequency_Hz", "gain", "gain_dB", "phase_deg", "io_gain_dB", "io_phase_deg"};
+  response.columns = {{0.05, 0.2}, {1.0, 1.0}, {0.0, 0.0}, {0.0, 0.0}, {0.1, 6.0}, {1.0, 40.0}};
+  subject.response = response;
+  const std::string html = page_of(subject).html;
+  EXPECT_NE(html.find("io is within 6 dB and 40 deg of the measured response."), std::string::npos);
+  EXPECT_NE(html.find("Within the usable band it is within 0.1 dB and 1 deg."), std::string::npos);
+}
+
 TEST(Page, CallsAPlantNotLinearBesideTheResidualWhereTheBoxDoes) {
   Subject subject = subject_of("run", ident::Grade::usable);
   ident::Model& model = subject.models[0].model;
