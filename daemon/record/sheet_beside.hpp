@@ -22,11 +22,19 @@ inline constexpr std::string_view kSheetFile = "valve_sheet.json";
 /// @throws DataError, IoError, PermissionError  as read_manifest() and list_runs()
 [[nodiscard]] std::optional<std::filesystem::path> newest_sheet_run(const std::filesystem::path& run);
 
+/// What dead_band_V of [following] has beyond a measured half dead band [V].
+inline constexpr double kSpareOfFollowing_V = config::kDeadBandSpare_V;
+
 /// The valve by the sheet of a run.
 struct MeasuredValve {
   std::filesystem::path run = {};
   config::DeadZone zone = {};
   std::optional<std::pair<double, double>> gains = {};  ///< extending and retracting [in/(V s)]
+
+  /// Whether null and half dead band found elsewhere are of this valve.
+  [[nodiscard]] bool is_one_with(double null_V, double dead_band_V) const noexcept {
+    return config::is_of_one_valve(zone, {null_V, dead_band_V});
+  }
 };
 
 /// None where the sheet of the run folder lacks null or dead band.

@@ -12,10 +12,10 @@
 #include <string>
 #include <utility>
 
-#include "config/characterisation.hpp"
 #include "core/time_text.hpp"
 #include "daemon/plot/envelope.hpp"
 #include "ident/fractional/poles.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::report {
 namespace {
@@ -230,7 +230,7 @@ std::vector<plot::Shade> seen_gaps(const ident::Record& record) {
 std::string output_label(const ident::Record& record) {
   const auto rows = static_cast<double>(record.output.size());
   const double lost_percent = 100.0 * static_cast<double>(record.unmeasured.size()) / rows;
-  if (!(lost_percent > config::kMostLostRows_percent)) return "measured output";
+  if (!(lost_percent > ident::kMostInterpolated_percent)) return "measured output";
   return fmt::format("output, {:.2g} % of its rows not measured and interpolated", lost_percent);
 }
 

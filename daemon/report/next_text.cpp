@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/valve_estimate.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/report/html.hpp"
@@ -90,22 +89,21 @@ std::string unused_sheet(const Subject& subject) {
   const ordered_json& null_V = subject.part("rig", "following", "null_V");
   const ordered_json& dead_band_V = subject.part("rig", "following", "dead_band_V");
   if (!subject.sheet || subject.leak || !null_V.is_number() || !dead_band_V.is_number()) return {};
-  const config::DeadZone& measured = subject.sheet->zone;
-  const config::DeadZone known{null_V.get<double>(),
-                               std::max(0.0, dead_band_V.get<double>() - config::kDeadBandSpare_V)};
-  if (config::is_of_one_valve(known, measured)) return {};
+  const double known_null_V = null_V.get<double>();
+  const double known_dead_band_V = std::max(0.0, dead_band_V.get<double>() - record::kSpareOfFollowing_V);
+  if (subject.sheet->is_one_with(known_null_V, known_dead_band_V)) return {};
   return fmt::format(
       "`{}` writes a rig file with the null of {:.3f} V and the dead band of {:.3f} V of the newest valve sheet, of "
       "which the one in use has {:.3f} and {:.3f} V; put it into use",
-      on_one_line(suggest::sheet_into_rig_file(*subject.access(), subject.sheet->run.string())), measured.null_V,
-      measured.dead_band_V, known.null_V, known.dead_band_V);
+      on_one_line(suggest::sheet_into_rig_file(*subject.access(), subject.sheet->run.string())),
+      subject.sheet->zone.null_V, subject.sheet->zone.dead_band_V, known_null_V, known_dead_band_V);
 }
 
 /// The run of the newest valve sheet, where a controller of this model is to take its numbers; else empty.
 std::string sheet_for(const Subject& subject, const ident::Model& model) {
   if (!subject.sheet) return {};
   const auto& map = model.input_map;
-  if (map && !config::is_of_one_valve(subject.sheet->zone, {map->null, map->dead_band})) return {};
+  if (map && !subject.sheet->is_one_with(map->null, map->dead_band)) return {};
   return subject.sheet->run.string();
 }
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/map_error.hpp"
 
@@ -86,8 +86,8 @@ std::vector<Pair> pairs_of(const Subject& subject, const ident::Model& model) {
   auto dead_band = sheet("dead_band_V");
   std::string in_file;
   if (dead_band) {
-    in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, config::kDeadBandSpare_V);
-    dead_band = std::max(0.0, *dead_band - config::kDeadBandSpare_V);
+    in_file = fmt::format(" (dead_band_V = {:g} with {:g} V to spare)", *dead_band, record::kSpareOfFollowing_V);
+    dead_band = std::max(0.0, *dead_band - record::kSpareOfFollowing_V);
   }
   add({.name = kHalfDeadBand, .unit = model.input_unit, .rounding = rounding, .in_file = in_file},
       by_model(model, Role::dead_band), dead_band, sheet("dead_band_uncertainty_V"));
