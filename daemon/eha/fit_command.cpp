@@ -261,10 +261,9 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
   // What the user says of the input stands against what is only possible.
   if (!between || (command.record.intersample && !between->is_straight)) return {task, std::move(held)};
   std::string straight = importer::command_with(again.import, again.source, "--intersample foh");
-  console.warning(identify::advice_of(*between, straight));
-  for (identify::IdentifiedModel& model : held.models) {
-    identify::add_remark(model.result.model, identify::advice_of(*between, "eha fit --intersample foh"));
-  }
+  const std::string advice = identify::advice_of(*between, straight);
+  console.warning(advice);
+  for (identify::IdentifiedModel& model : held.models) identify::add_remark(model.result.model, advice);
   return {task, std::move(held), std::move(straight)};
 }
 

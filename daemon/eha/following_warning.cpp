@@ -11,7 +11,6 @@
 #include "config/measured_check.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
-#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/eha/next_command.hpp"

@@ -17,6 +17,7 @@
 #include "ident/validation/explanation.hpp"
 #include "ident/validation/gain_change.hpp"
 #include "ident/validation/loop_in_record.hpp"
+#include "ident/validation/reasons.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -112,9 +113,8 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
   ident::forget_explanation(model);
   if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
   if (!task.loop.empty()) model.provenance[ident::kLoopOfRecord] = task.loop;
-  constexpr double kFollowsNothing_percent = 20.0;
   constexpr double kMultiple = 0.95;
-  if (model.validation && model.validation->score.r2_percent < kFollowsNothing_percent) {
+  if (model.validation && model.validation->score.r2_percent < ident::kNoAnswer_percent) {
     const double correlation = ident::same_row_correlation(task.record);
     if (std::abs(correlation) > kMultiple) model.provenance[ident::kOutputInInput] = fmt::format("{:.2f}", correlation);
   }

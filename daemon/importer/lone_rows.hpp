@@ -16,7 +16,8 @@ namespace eha::importer {
 /// None are rows into or out of which a motion goes on, nor rows at a step of the input or up to 5 behind it, unless
 /// the output moves far more a volt there than after other steps.
 /// @param input, output  of equal length; values that are not finite are passed over
-/// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N).
+/// @returns rows from 0, ascending; none where so many stand alone that it is the signal's own way. Cost O(N), and at
+/// most O(N^2 / 10^4) of one that jumps beyond its range, and not back, in a hundredth of the rows.
 [[nodiscard]] std::vector<std::size_t> lone_rows(std::span<const double> input, std::span<const double> output);
 
 /// The same of an input: up to three rows in a row that lie beyond twice the range of the others, as where a decimal

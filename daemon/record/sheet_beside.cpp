@@ -99,37 +99,25 @@ std::optional<MeasuredValve> valve_in(const fs::path& sheet_run) {
                        .gains = positive && negative ? std::optional(std::pair(*positive, *negative)) : std::nullopt};
 }
 
-std::optional<MeasuredValve> valve_beside(const fs::path& run) {
-  try {
-    const auto sheet = newest_sheet_run(run);
-    return sheet ? valve_in(*sheet) : std::nullopt;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
 std::optional<ident::Leak> leak_in(const fs::path& sheet_run) {
   const auto creep = creep_in(sheet_run);
   return creep ? ident::leak_of(creep->in_per_s, creep->gain_positive, creep->gain_negative) : std::nullopt;
 }
 
-ident::SheetSays sheet_says_beside(const fs::path& run) {
+SheetBeside sheet_beside(const fs::path& run) {
   try {
     const auto sheet = newest_sheet_run(run);
-    const bool is_tight = sheet && creep_in(*sheet) && !leak_in(*sheet);
-    return is_tight ? ident::SheetSays::is_tight : ident::SheetSays::nothing;
+    if (!sheet) return {};
+    SheetBeside found{.valve = valve_in(*sheet), .leak = leak_in(*sheet)};
+    if (creep_in(*sheet) && !found.leak) found.says = ident::SheetSays::is_tight;
+    return found;
   } catch (const Error&) {
-    return ident::SheetSays::nothing;
+    return {};
   }
 }
 
-std::optional<ident::Leak> leak_beside(const fs::path& run) {
-  try {
-    const auto sheet = newest_sheet_run(run);
-    return sheet ? leak_in(*sheet) : std::nullopt;
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
+std::optional<ident::Leak> leak_beside(const fs::path& run) { return sheet_beside(run).leak; }
+
+ident::SheetSays sheet_says_beside(const fs::path& run) { return sheet_beside(run).says; }
 
 }  // namespace eha::record

@@ -40,16 +40,23 @@ struct MeasuredValve {
 /// None where the sheet of the run folder lacks null or dead band.
 [[nodiscard]] std::optional<MeasuredValve> valve_in(const std::filesystem::path& sheet_run);
 
-/// The same of the newest sheet beside a run; none for a folder that the caller may not read.
-[[nodiscard]] std::optional<MeasuredValve> valve_beside(const std::filesystem::path& run);
-
 /// The leak that the valve sheet in a run folder shows; none without a leak, and without a sheet that can be read.
 [[nodiscard]] std::optional<ident::Leak> leak_in(const std::filesystem::path& sheet_run);
 
-/// The same of the newest sheet beside a run; none for a folder that the caller may not read.
+/// What the newest sheet beside a run says.
+struct SheetBeside {
+  std::optional<MeasuredValve> valve = {};
+  std::optional<ident::Leak> leak = {};
+  ident::SheetSays says = ident::SheetSays::nothing;  ///< whether it saw the rod rest within the valve's dead band
+};
+
+/// Nothing without a sheet, and for a folder that the caller may not read. Cost: the run.json of every run beside it.
+[[nodiscard]] SheetBeside sheet_beside(const std::filesystem::path& run);
+
+/// The leak of sheet_beside() alone.
 [[nodiscard]] std::optional<ident::Leak> leak_beside(const std::filesystem::path& run);
 
-/// Whether the newest sheet beside a run saw the rod rest within the valve's dead band.
+/// What sheet_beside() says alone.
 [[nodiscard]] ident::SheetSays sheet_says_beside(const std::filesystem::path& run);
 
 }  // namespace eha::record

@@ -264,9 +264,10 @@ Subject load_run(const record::OpenRun& run) {
   }
   subject.manifest = record::to_json(manifest);
   read_tables(folder, subject);
-  subject.leak = record::leak_beside(run.path());
-  subject.sheet = record::valve_beside(run.path());
-  subject.sheet_says = record::sheet_says_beside(run.path());
+  record::SheetBeside sheet = record::sheet_beside(run.path());
+  subject.leak = sheet.leak;
+  subject.sheet = std::move(sheet.valve);
+  subject.sheet_says = sheet.says;
   const Json& identification = subject.part("identification");
   for (const record::ModelEntry& entry :
        record::models_from_json(subject.part("identification", "models"), subject.name)) {
