@@ -2,11 +2,14 @@
 #include "config/experiment_check.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "config/characterisation.hpp"
 #include "config/measured_check.hpp"
@@ -227,21 +230,25 @@ class ConflictSearch {
   void check_tracked_valve(const ident::InverseMap& inverse) {
     if (!rig_.limits.following) return;
     const ValveEstimate valve = valve_estimate(*rig_.limits.following);
-    const auto is_near = [](double gain, double known) {
-      return gain < kTrackedGainRatio * known && known < kTrackedGainRatio * gain;
-    };
-    if (std::abs(inverse.null - valve.null_V) <= kTrackedValve_V &&
-        std::abs(inverse.dead_band - valve.dead_band_V) <= kTrackedValve_V &&
-        is_near(inverse.gain_positive, valve.gain_positive_in_per_V_s) &&
-        is_near(inverse.gain_negative, valve.gain_negative_in_per_V_s)) {
-      return;
-    }
     const DisplayUnit unit(rig_.units);
-    const auto numbers = [&](double null_V, double dead_band_V, double positive, double negative) {
-      const double factor = unit.factor("in");
-      return fmt::format("null {:.3g} V, half dead band {:.3g} V, gains {:.3g} and {:.3g} {}/(V s)", null_V,
-                         dead_band_V, factor * positive, factor * negative, unit.of("in"));
+    std::vector<std::string> of_valve;
+    std::vector<std::string> of_controller;
+    const auto compare_volts = [&](const char* name, double made_for, double known) {
+      if (std::abs(made_for - known) <= kTrackedValve_V) return;
+      of_valve.push_back(fmt::format("a {} of {:.3g} V", name, known));
+      of_controller.push_back(fmt::format("{:.3g} V", made_for));
     };
+    const auto compare_gains = [&](const char* way, double made_for, double known) {
+      if (made_for < kTrackedGainRatio * known && known < kTrackedGainRatio * made_for) return;
+      const double factor = unit.factor("in");
+      of_valve.push_back(fmt::format("a gain {} of {:.3g} {}/(V s)", way, factor * known, unit.of("in")));
+      of_controller.push_back(fmt::format("{:.3g} {}/(V s)", factor * made_for, unit.of("in")));
+    };
+    compare_volts("null", inverse.null, valve.null_V);
+    compare_volts("half dead band", inverse.dead_band, valve.dead_band_V);
+    compare_gains("extending", inverse.gain_positive, valve.gain_positive_in_per_V_s);
+    compare_gains("retracting", inverse.gain_negative, valve.gain_negative_in_per_V_s);
+    if (of_valve.empty()) return;
     const char* remedy =
         is_as_measured(rig_)
             ? "this valve was measured, so the controller's model is of another one: play its experiment again (`eha "
@@ -249,11 +256,9 @@ class ConflictSearch {
             : "measure it with `eha characterise`; if it is right, play the experiment of the controller's model again "
               "(`eha run EXPERIMENT`), then `eha tune NEWRUN`";
     add("track.controller",
-        fmt::format(
-            "about the valve of [following] in {}: {}; {}", rig_.file_name,
-            numbers(valve.null_V, valve.dead_band_V, valve.gain_positive_in_per_V_s, valve.gain_negative_in_per_V_s),
-            remedy),
-        numbers(inverse.null, inverse.dead_band, inverse.gain_positive, inverse.gain_negative));
+        fmt::format("a controller for the valve of [following] in {}, which has {}", rig_.file_name,
+                    fmt::join(of_valve, " and ")),
+        fmt::format("one for {}; {}", fmt::join(of_controller, " and "), remedy));
   }
 
   void check_frequency(const std::string& key, double frequency_Hz) {

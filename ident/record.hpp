@@ -25,6 +25,7 @@ struct Record {
   /// Rows of which a value was not measured, ascending. The output is interpolated there; the input is, too, or held in
   /// a gap.
   std::vector<std::size_t> unmeasured = {};
+  int parts = 1;  ///< rows that in_parts() has made of each that was recorded
 };
 
 /// So many neighbouring rows that were not measured are a gap: what the input did there matters.

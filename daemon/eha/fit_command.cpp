@@ -31,6 +31,7 @@
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/identification.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/input_trial.hpp"
 #include "daemon/identify/intersample_check.hpp"
 #include "daemon/identify/publish.hpp"
@@ -99,7 +100,7 @@ IdentificationTask task_for(const FitCommand& command, const Source& source) {
   IdentificationTask task = identify::task_of(source);
   task.structures = structures_for(command.models, task.structures);
   task.ladder = ladder_for(command.models);
-  task.options = with(task.options, command.record, identify::parts_of_a_row(source));
+  task.options = with(task.options, command.record, source.record.parts);
   task.is_split_given = command.record.split.has_value();
   task.intersample = source.intersample;
   task.models_folder = command.output.value_or(fs::path());
@@ -302,7 +303,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
     }
   }
   const IdentificationTask task = task_for(command, source);
-  print_warnings(source, task.options.decimation / identify::parts_of_a_row(source), console, [&](int every) {
+  print_warnings(source, task.options.decimation / source.record.parts, console, [&](int every) {
     return importer::command_with(again.import, again.source, fmt::format("--decimate {}", every));
   });
   warn_of_lost_input(again, source, console);

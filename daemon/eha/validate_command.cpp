@@ -174,8 +174,8 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (const std::string same = identify::unit_taken_as_same(source, model); !same.empty()) console.warning(same);
   model = identify::in_units_of(source, std::move(model), command.model_file);
   const ident::FitOptions of_experiment = source.experiment ? source.experiment->fit : ident::FitOptions{};
-  ident::FitOptions options = with(of_experiment, command.record, identify::parts_of_a_row(source));
-  const int decimation = options.decimation / identify::parts_of_a_row(source);  // of the record's own rows
+  ident::FitOptions options = with(of_experiment, command.record, source.record.parts);
+  const int decimation = options.decimation / source.record.parts;  // of the record's own rows
   const auto with_decimation = [&](int every) {
     return importer::command_with(command.import, command.source, fmt::format("--decimate {}", every));
   };
@@ -186,10 +186,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   try {
     scored_here = identify::score_model(model, source, options, console.progress_callback());
     if (other_way && errs_more_than_at_home(model, scored_here)) {
-      const ident::FitOptions others = with(of_experiment, command.record, identify::parts_of_a_row(*other_way));
+      const ident::FitOptions others = with(of_experiment, command.record, other_way->record.parts);
       identify::ScoredModel scored = identify::score_model(model, *other_way, others, console.progress_callback());
       if (scored.rms_error < kClearlyLess * scored_here.rms_error) {
-        const bool is_held = identify::parts_of_a_row(*other_way) == 1;
+        const bool is_held = other_way->record.parts == 1;
         console.info(fmt::format(
             "{} errs {} times as much where the input of {} is {} between its rows, and so it is taken here "
             "(--intersample {}: as {})",
@@ -220,7 +220,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const ident::AcceptanceLimits limits = source.experiment ? source.experiment->acceptance : ident::AcceptanceLimits{};
   // The band belongs to the record that the model was estimated on.
   const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
-  ident::RecordFacts facts{.unmeasured = source.unmeasured};
+  ident::RecordFacts facts{.unmeasured = source.unmeasured, .row_s = source.record.step_s * source.record.parts};
   facts.beside_ladder = beside_ladder;
   const bool can_tell = scored_here.cannot_tell.empty();
   if (can_tell && scored_here.of_another_plant && scored_here.refit_rms_error > 0.0) {

@@ -34,7 +34,7 @@ ident::FitOptions whole(ident::FitOptions options) {
 
 ident::FitOptions options_of(const Source& source) {
   ident::FitOptions options = whole(source.experiment ? source.experiment->fit : ident::FitOptions{});
-  options.decimation *= parts_of_a_row(source);
+  options.decimation *= source.record.parts;
   return options;
 }
 

@@ -129,7 +129,7 @@ struct LateInput {
 
 std::optional<LateInput> of_late_input(const Source& source, const IdentificationTask& task,
                                        const std::vector<const IdentifiedModel*>& bases) {
-  const Index parts = parts_of_a_row(source);
+  const Index parts = source.record.parts;
   const ident::Record record = tried_rows(task.record, parts);
   const bool is_held = parts == 1;
   // In parts, so that the filter before the comparison takes as much noise away from each.
@@ -147,7 +147,8 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
   }
   std::optional<Refit> best;
   Index best_rows = 0;
-  const auto most = static_cast<Index>(kMostShifted * static_cast<double>(record.input.size() / parts));
+  const Index all_rows = record.input.size() / parts;
+  const auto most = static_cast<Index>(kMostShifted * static_cast<double>(all_rows));
   const auto take = [&](Index rows) {
     if (rows < 1 || rows > most) return;
     const std::optional<Refit> found = fitted(rows, ident::Intersample::held);

@@ -40,14 +40,9 @@ std::string work_text(const ident::WorkByStage& stages) {
   return text;
 }
 
-/// How many rows of the task make one that was measured.
-int parts_of(const IdentificationTask& task) {
-  return task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
-}
-
 /// "2500 rows, 0.02 s apart, 50 s": those of the record, also where each was made into several.
 std::string rows_text(const IdentificationTask& task) {
-  const int parts = parts_of(task);
+  const int parts = task.record.parts;
   const auto rows = static_cast<double>(task.record.output.size());
   return fmt::format("{:.0f} rows, {:.6g} s apart, {:.6g} s", std::ceil(rows / parts), task.record.step_s * parts,
                      task.record.step_s * rows);
@@ -69,7 +64,7 @@ ident::RecordFacts facts_of(const IdentificationTask& task) {
           .noise_std = task.noise_std,
           .lacks_periods = task.lacks_periods,
           .piece = task.piece,
-          .row_s = task.record.step_s * parts_of(task),
+          .row_s = task.record.step_s * task.record.parts,
           .holds_both_parts = true,
           .beside_ladder = task.structures.empty(),
           .judging_part_rests = task.judging_part_rests};

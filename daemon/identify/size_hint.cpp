@@ -34,7 +34,7 @@ int round_below(double most) {
 
 std::optional<SizeHint> size_hint(const Source& source, int decimation,
                                   const std::function<std::string(int)>& command) {
-  const int parts = parts_of_a_row(source);
+  const int parts = source.record.parts;
   const double step_s = source.record.step_s * parts;
   const double rows = static_cast<double>(source.record.input.size()) / parts;
   const double compared = std::floor(rows / std::max(1, decimation));

@@ -167,10 +167,6 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   return source;
 }
 
-int parts_of_a_row(const Source& source) {
-  return source.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1;
-}
-
 void take_input_as_straight(Source& source) {
   if (source.run_folder) {
     throw UsageError(

@@ -51,9 +51,6 @@ struct Source {
   ident::Intersample intersample = ident::Intersample::held;
 };
 
-/// The rows of the record for one of the file's.
-[[nodiscard]] int parts_of_a_row(const Source& source);
-
 /// Takes the input of a file for straight between its rows.
 /// @throws UsageError  the source is a run, whose input is held
 /// @throws DataError   fewer than four rows

@@ -274,8 +274,7 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
   return Trial{std::move(*best),
                is_two_sided ? fmt::format("+-{:.2g}{}{}", limit, unit, between)
                             : fmt::format("{:.2g} and {:.2g}{}", middle - limit, middle + limit, unit),
-               part_within(task.record, middle, limit,
-                           task.intersample == ident::Intersample::straight ? ident::kPartsOfARow : 1)};
+               part_within(task.record, middle, limit, task.record.parts)};
 }
 
 /// The model that stands first in the table: the recommended one, that beside it, or the one that errs least.

@@ -55,7 +55,7 @@ std::string against_error(const ident::Model& model) {
     case ErrorCause::other_plant:
       return "The model is of another plant: fit a new one.";
     case ErrorCause::input_noise:
-      return "The measured input is noisy: " + in_box;
+      return "The recorded input is noisy or coarse: " + in_box;
     case ErrorCause::missing_part:
       if (ident::is_rather_nonlinear(model, *model.verdict)) return "The plant is not linear: " + in_box;
       return fmt::format("The model {} misses a part of the plant: {}", model.name, kBoxSays);

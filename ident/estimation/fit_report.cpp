@@ -274,9 +274,9 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   const auto& future = report.tests->future_input;
   const bool is_fed_back =
       future && future->degrees > 0 && future->p < kFeedbackLevel && report.tests->input.p >= kFeedbackLevel;
-  if (!is_fed_back) {
-    report.input_noise = input_noise_left_over(result.model, outputs, facts, all_measured - all_simulated);
-  }
+  report.input_noise = input_noise_left_over(result.model, outputs, facts, all_measured - all_simulated);
+  // The rounding of a recorded input goes with what follows it, too, as it is part of both.
+  if (is_fed_back && report.input_noise && !(report.input_noise->step > 0.0)) report.input_noise.reset();
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
     report.extrapolated_percent = extrapolated_percent(input, estimated, map.has_value());

@@ -56,17 +56,17 @@ using FitStructure =
 
 /// Fits the structures integrator_lag (with and without its lag), cylinder, io1, io and io3 (with and without a zero),
 /// lag and fo, each without and with a valve map, and recommends one. Of two forms it keeps the one that alone is
-/// identified by the estimating part, otherwise the one of lower AR-BIC. Each starts from those fitted before it. Where
-/// the residual of the best depends on past input, fo is tried with a zero. A model that only a coefficient compatible
-/// with 0 keeps from being identified is replaced by the structure without that coefficient, which need not be on the
-/// ladder. A structure that could not come near the two best of its kind, whatever map stood before it (see
-/// predicted_valve_gain()), is fitted from one start behind the map. A delay is estimated where it lowers AR-BIC by 10:
-/// tried with io1 and the best structures of integer and of fractional order, where predicted_delay_gain() is positive
-/// and the fit from the nearest start gains too, and with every structure where one of the three is then the best of
-/// its kind. What leaving out a free order costs is taken from the ladder's own models. Structures of which none lies
-/// inside the other are fitted at the same time by `executor`, below 10^6 rows; the answer does not depend on it.
-/// Profile intervals are computed for the recommended model and the runner-up; the intervals of the others come from
-/// standard errors.
+/// identified by the estimating part, otherwise one that errs clearly less, or that of lower AR-BIC. Each starts from
+/// those fitted before it. Where the residual of the best depends on past input, fo is tried with a zero. A model that
+/// only a coefficient compatible with 0 keeps from being identified is replaced by the structure without that
+/// coefficient, which need not be on the ladder. A structure that could not come near the two best of its kind,
+/// whatever map stood before it (see predicted_valve_gain()), is fitted from one start behind the map. A delay is
+/// estimated where it lowers AR-BIC by 10: tried with io1 and the best structures of integer and of fractional order,
+/// where predicted_delay_gain() is positive and the fit from the nearest start gains too, and with every structure
+/// where one of the three is then the best of its kind. What leaving out a free order costs is taken from the ladder's
+/// own models. Structures of which none lies inside the other are fitted at the same time by `executor`, below 10^6
+/// rows; the answer does not depend on it. Profile intervals are computed for the recommended model and the runner-up;
+/// the intervals of the others come from standard errors.
 /// @param options  its intervals apply to these two
 /// @throws DataError    no structure could be fitted; the reason of the first one
 /// @throws ConfigError  no structure has a parameter of `wanted`, or a request for one makes no sense

@@ -2,6 +2,7 @@
 #include "ident/estimation/ladder_fits.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -71,6 +72,9 @@ bool LadderFits::is_right_but_for_parameters(const ClimbedModel& climbed) const 
 
 bool LadderFits::is_preferred(const ClimbedModel& a, const ClimbedModel& b) const {
   if (is_identified(a) != is_identified(b)) return is_identified(a);
+  // An autoregressive noise may predict what a lag does, and AR-BIC then takes the structure without it.
+  const auto rms = [](const ClimbedModel& climbed) { return std::sqrt(climbed.result.model.estimation->score.mse); };
+  if (rms(a) > kAsWell * rms(b) || rms(b) > kAsWell * rms(a)) return rms(a) < rms(b);
   return ar_bic(a) < ar_bic(b);
 }
 

@@ -51,7 +51,8 @@ class LadderFits {
   [[nodiscard]] bool is_identified(const ClimbedModel& climbed) const;
   /// The same, whatever the uncertainty of its parameters.
   [[nodiscard]] bool is_right_but_for_parameters(const ClimbedModel& climbed) const;
-  /// Of two structures of a rung. A lag that is too fast for the record must not displace the mere integrator.
+  /// Of two structures of a rung, by AR-BIC: a lag that is too fast for the record must not displace the mere
+  /// integrator. One that errs clearly less is preferred, whatever AR-BIC says.
   [[nodiscard]] bool is_preferred(const ClimbedModel& a, const ClimbedModel& b) const;
 
  private:

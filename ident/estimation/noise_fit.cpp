@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/output_error/output_error.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/uncertainty/covariance.hpp"
@@ -14,7 +15,8 @@ namespace eha::ident {
 namespace {
 
 constexpr int kRounds = 2;
-constexpr double kGreatestLoss = 1.5;  // of a standard error
+constexpr double kGreatestLoss = 1.5;   // of a standard error
+constexpr double kGreatestShift = 3.0;  // standard errors of the plain fit
 constexpr double kManySamples = 1e9;
 constexpr Eigen::Index kFewestSamples = 10 * kHighestAutoregression;
 
@@ -42,6 +44,13 @@ Eigen::VectorXd stated_errors(const Eigen::MatrixXd& seen, const Eigen::VectorXd
   return uncertainty(seen, names, residual_model(residual)).covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
 }
 
+/// Whether a parameter moved further than noise moves it. Both fits estimate the parameters of a structure that is
+/// right; of one that misses a part of the plant, a weighting by what it misses makes others.
+bool is_moved(const Eigen::MatrixXd& derivatives, const Eigen::VectorXd& change, const Eigen::VectorXd& errors) {
+  const Eigen::VectorXd shift = solve_pivoted(derivatives, change);
+  return (shift.array().abs() > kGreatestShift * errors.array()).any();
+}
+
 }  // namespace
 
 std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
@@ -58,6 +67,7 @@ std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, con
   const double explained = lost.squaredNorm() * effective / freedom;
   const double before = noise_information(residual);
   const Eigen::VectorXd errors_before = stated_errors(derivatives, residual);
+  const Eigen::MatrixXd plain_derivatives = derivatives;
   LocalOptimum found = plain;
   for (int round = 0; round < kRounds; ++round) {
     found.noise = autoregression(residual, lost);
@@ -75,6 +85,7 @@ std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, con
   derivatives = problem.derivatives(found.best.theta, found.best.point.linear, parameters);
   const Eigen::VectorXd errors = stated_errors(whitened(derivatives, *found.noise), found.best.point.residual);
   if ((errors.array() > kGreatestLoss * errors_before.array()).any()) return {};
+  if (is_moved(plain_derivatives, plain.best.point.residual - residual, errors_before)) return {};
   const double cost = residual.squaredNorm();
   const bool is_noise = cost - plain.best.point.cost <= explained && cost <= most_cost;
   if (!is_noise || !(noise_information(residual) < before)) return {};

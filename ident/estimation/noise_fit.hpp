@@ -15,11 +15,12 @@ namespace eha::ident {
 /// @param most_cost    output error (sum of squares) of a model inside this structure, or infinity
 /// @param work  counted on
 /// @returns nothing where it does not help: the residual is white, the search does not converge, AR-BIC does not fall,
-///          a standard error grows by half, or the output error (sum of squares) rises by more than the parameters'
-///          errors explain or above most_cost; the residual then holds what the structure could follow or what it
-///          cannot, and is no noise
+///          a standard error grows by half, a parameter moves by more than three of its standard errors, or the output
+///          error (sum of squares) rises by more than the parameters' errors explain or above most_cost; the residual
+///          then holds what the structure could follow or what it cannot, and is no noise
 /// Cost: some ten simulations with derivatives. Cochrane and Orcutt, J. Am. Stat. Assoc. 44 (1949); the correlations
-/// that an estimation takes: Harville, J. Am. Stat. Assoc. 72 (1977).
+/// that an estimation takes: Harville, J. Am. Stat. Assoc. 72 (1977); two estimates that differ where the model is
+/// wrong: Hausman, Econometrica 46 (1978).
 [[nodiscard]] std::optional<LocalOptimum> with_noise_model(const ComparedRecord& compared, const LocalOptimum& plain,
                                                            double most_cost, Work& work);
 

@@ -210,6 +210,7 @@ struct InputNoise {
   double in_output = 0.0;    ///< rms of what the model makes of it, about slow motion [output unit]
   double share = 0.0;        ///< of the power of what the model leaves over; above 1 by chance
   double attenuation = 0.0;  ///< share by which it makes a gain come out too small, about
+  double step = 0.0;         ///< of the codes of the input, whose rounding it is [input unit]; 0: it is other noise
 };
 
 /// The step of a coarse sensor where rounding to it makes much of what a model leaves over.

@@ -295,11 +295,12 @@ ValidationReport read_validation(const Node& node) {
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());
   if (object.has("sensor_step")) object.read("sensor_step", report.sensor_step.emplace().step);
   if (object.has("input_noise")) {
-    const Node noise = object.at("input_noise").object({"rms", "in_output", "share", "attenuation"});
+    const Node noise = object.at("input_noise").object({"rms", "in_output", "share", "attenuation", "step"});
     noise.read("rms", report.input_noise.emplace().rms);
     noise.read("in_output", report.input_noise->in_output);
     noise.read("share", report.input_noise->share);
     noise.read("attenuation", report.input_noise->attenuation);
+    if (noise.has("step")) noise.read("step", report.input_noise->step);
   }
   if (object.has("faster_r2_percent")) object.read("faster_r2_percent", report.faster_r2_percent.emplace());
   if (object.has("input_levels")) {

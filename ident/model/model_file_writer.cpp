@@ -164,6 +164,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
                              {"in_output", noise->in_output},
                              {"share", noise->share},
                              {"attenuation", noise->attenuation}};
+    if (noise->step > 0.0) object["input_noise"]["step"] = noise->step;
   }
   if (report.faster_r2_percent) object["faster_r2_percent"] = *report.faster_r2_percent;
   if (const auto& levels = report.input_levels) object["input_levels"] = {levels->lower, levels->upper};

@@ -53,6 +53,7 @@ Record in_parts(const Record& record, Intersample intersample) {
   fine.start_s = record.start_s;
   fine.input_channel = record.input_channel;
   fine.output_channel = record.output_channel;
+  fine.parts = kPartsOfARow;
   fine.input.resize((rows - 1) * kPartsOfARow + 1);
   fine.output.resize(fine.input.size());
   for (Eigen::Index k = 0; k + 1 < rows; ++k) {
@@ -77,6 +78,18 @@ Record in_parts(const Record& record, Intersample intersample) {
     }
   }
   return fine;
+}
+
+Eigen::VectorXd recorded_input(const Record& record) {
+  if (record.parts == 1) return record.input;
+  const auto every = [&](Eigen::Index first) {
+    return record.input(Eigen::seq(first, Eigen::last - record.parts + first, record.parts));
+  };
+  Eigen::VectorXd recorded((record.input.size() - 1) / record.parts + 1);
+  // The parts are at the middles between their rows.
+  recorded.head(recorded.size() - 1) = every(0) - 0.5 * (every(1) - every(0));
+  recorded.tail<1>() = record.input.tail<1>();
+  return recorded;
 }
 
 double movement_within_half_a_row(const Eigen::Ref<const Eigen::VectorXd>& input) {

@@ -22,6 +22,9 @@ inline constexpr int kPartsOfARow = 8;
 /// Cost O(N), kPartsOfARow times the memory.
 [[nodiscard]] Record in_parts(const Record& record, Intersample intersample);
 
+/// The input at the rows that were recorded, also of a record that in_parts() has made with straight lines. Cost O(N).
+[[nodiscard]] Eigen::VectorXd recorded_input(const Record& record);
+
 /// How far the input moves within half a row [share of its standard deviation], root mean square, where it moves in
 /// most rows and goes on as it moved in the row before, as a sampled signal does; 0 where it jumps from level to level.
 /// Half a row of delay is what a model gets that takes such an input as held.

@@ -15,6 +15,7 @@
 #include "ident/linear_algebra/least_squares_solvers.hpp"
 #include "ident/signal/fft.hpp"
 #include "ident/signal/held_levels.hpp"
+#include "ident/signal/intersample.hpp"
 #include "ident/statistics/robust.hpp"
 
 namespace eha::ident {
@@ -34,6 +35,7 @@ constexpr int kDraws = 2;                     // of noise
 constexpr std::uint64_t kSeed = 1;
 constexpr double kShownShare = 0.4;                 // of the residual's power
 constexpr double kMostShare = 2.5;                  // the same, by chance
+constexpr double kOfRounding = 0.15;                // of the step: noise as great as that of rounding to it
 constexpr double kSameNoise = 1.2;                  // ratio of two estimates of white noise
 constexpr Eigen::Index kMostDifferences = 100'000;  // more do not sharpen the median
 constexpr double kBeyondMean = 3.0;                 // of the length of z, which is sqrt(m) +- 0.7
@@ -52,7 +54,9 @@ Eigen::VectorXd through_map(const Model& model, const Eigen::VectorXd& input) {
 }
 
 /// The standard deviation of the white noise whose differences of an order are as great as those of the input.
-double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int order) {
+/// @param step  of rounding_step(): differences of codes are multiples of it, of which a median takes one; spread over
+///              it they have a median that follows their spread
+double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int order, double step) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(1);
   for (int k = 0; k < order; ++k) {
     Eigen::VectorXd next = Eigen::VectorXd::Zero(weights.size() + 1);
@@ -63,7 +67,8 @@ double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int orde
   const Eigen::Index every = 1 + input.size() / kMostDifferences;
   std::vector<double> differences;
   for (Eigen::Index k = 0; k + weights.size() <= input.size(); k += every) {
-    differences.push_back(weights.dot(input.segment(k, weights.size())));
+    const double place = static_cast<double>(k) * (std::numbers::phi - 1.0);
+    differences.push_back(weights.dot(input.segment(k, weights.size())) + step * (place - std::floor(place) - 0.5));
   }
   return robust_std(std::move(differences)) / weights.norm();
 }
@@ -112,9 +117,10 @@ double repetitions(const Eigen::Ref<const Eigen::VectorXd>& input) {
 std::optional<double> white_part(const Eigen::Ref<const Eigen::VectorXd>& input, double most) {
   if (input.size() < kLeastValues) return std::nullopt;
   // Most differences of a held input are its noise, those of a smooth one are not.
-  const double held = difference_noise(input, 1);
-  const double fourth = difference_noise(input, 4);
-  const double sixth = difference_noise(input, 6);
+  const double step = rounding_step(input);
+  const double held = difference_noise(input, 1, step);
+  const double fourth = difference_noise(input, 4, step);
+  const double sixth = difference_noise(input, 6, step);
   const double spread = std::sqrt((input.array() - input.mean()).square().mean());
   if (!(sixth > 0.0) || fourth > most * spread) return std::nullopt;
   if (held < kSameNoise * fourth) return held;
@@ -200,7 +206,9 @@ double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const double noise = white_part(input, kMostNoise).value_or(0.0);
   if (!(noise > 0.0)) return 0.0;
   // Between the switches of a held input nothing but noise is left.
-  return difference_noise(input, 1) < kSameNoise * difference_noise(input, 4) || is_flat_above(input) ? noise : 0.0;
+  const double step = rounding_step(input);
+  const bool is_held = difference_noise(input, 1, step) < kSameNoise * difference_noise(input, 4, step);
+  return is_held || is_flat_above(input) ? noise : 0.0;
 }
 
 double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input) {
@@ -253,25 +261,31 @@ Eigen::MatrixXd channel_noise(const Model& model, OutputOnRecord& outputs, const
 
 std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs, const SignalFacts& facts,
                                                 const Eigen::VectorXd& residual) {
-  const Eigen::VectorXd& input = outputs.record().input;
+  const Record& record = outputs.record();
   const Eigen::Index lag = residual.size() / kPartsOfChanges;
   if (lag < 1 || grows(model.transfer_function)) return std::nullopt;
   const double rms = facts.apparent_input_noise();
   if (!(rms > 0.0)) return std::nullopt;
-  const Eigen::VectorXd driven = through_map(model, input);
+  Record noisy;
+  noisy.output = noisy.input = recorded_input(record);
+  const double step = rounding_step(noisy.input);
+  const Eigen::VectorXd recorded = noisy.input;
+  const Eigen::VectorXd driven = through_map(model, record.input);
   const auto of_model = [&](const Eigen::VectorXd& signal) {
     return outputs.measured_rows().of(outputs.response(model.transfer_function, signal));
   };
   PortableDraw draw(kSeed);
   double made = 0.0;
-  Eigen::VectorXd noisy(input.size());
   for (int k = 0; k < kDraws; ++k) {
-    for (Eigen::Index row = 0; row < input.size(); ++row) noisy[row] = input[row] + rms * draw.normal();
-    made += power_of_changes(of_model(through_map(model, noisy) - driven), lag) / kDraws;
+    for (Eigen::Index row = 0; row < recorded.size(); ++row) noisy.input[row] = recorded[row] + rms * draw.normal();
+    const Eigen::VectorXd input = record.parts == 1 ? noisy.input : in_parts(noisy, Intersample::straight).input;
+    made += power_of_changes(of_model(through_map(model, input) - driven), lag) / kDraws;
   }
   const double left = power_of_changes(residual, lag);
   const double whole = power_of_changes(of_model(driven.array() - driven.mean()), lag);
-  const InputNoise found{rms, std::sqrt(0.5 * made), made / left, whole > made ? made / (whole - made) : 1.0};
+  const bool is_rounding = std::abs(rms * std::sqrt(12.0) - step) < kOfRounding * step;
+  const InputNoise found{rms, std::sqrt(0.5 * made), made / left, whole > made ? made / (whole - made) : 1.0,
+                         is_rounding ? step : 0.0};
   return found.share >= kShownShare && found.share <= kMostShare ? std::optional(found) : std::nullopt;
 }
 

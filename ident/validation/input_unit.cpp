@@ -84,7 +84,10 @@ Model in_input_unit(Model model, const std::string& unit, double factor) {
   }
   if (auto& validation = model.validation) {
     if (validation->map_error) *validation->map_error *= factor;
-    if (auto& noise = validation->input_noise) noise->rms *= factor;
+    if (auto& noise = validation->input_noise) {
+      noise->rms *= factor;
+      noise->step *= factor;
+    }
     if (auto& levels = validation->input_levels) {
       levels->lower *= factor;
       levels->upper *= factor;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/signal_facts.hpp"
 
+#include <cmath>
 #include <cstddef>
 
 #include "ident/signal/held_levels.hpp"
+#include "ident/signal/intersample.hpp"
 #include "ident/signal/value_step.hpp"
 #include "ident/validation/input_error.hpp"
 
@@ -20,11 +22,15 @@ const Value& computed_once(std::mutex& computing, std::optional<Value>& value, c
 }  // namespace
 
 double SignalFacts::input_error_std() const {
-  return computed_once(computing_, input_error_std_, [&] { return ident::input_error_std(record_.input); });
+  return computed_once(computing_, input_error_std_, [&] {
+    // The error of a recorded row is that of all its parts.
+    return ident::input_error_std(recorded_input(record_)) * std::sqrt(static_cast<double>(record_.parts));
+  });
 }
 
 double SignalFacts::apparent_input_noise() const {
-  return computed_once(computing_, apparent_input_noise_, [&] { return ident::apparent_input_noise(record_.input); });
+  return computed_once(computing_, apparent_input_noise_,
+                       [&] { return ident::apparent_input_noise(recorded_input(record_)); });
 }
 
 const std::optional<Eigen::VectorXd>& SignalFacts::held_levels() const {

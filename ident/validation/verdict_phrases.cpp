@@ -176,13 +176,20 @@ std::vector<std::string> causes_in_record(const Model& model) {
         both, stop->percent, cut, options.empty() ? "," : ", or record"));
   }
   if (const auto& noise = model.validation->input_noise) {
+    const bool is_coarse = noise->step > 0.0;
+    const std::string fault =
+        is_coarse
+            ? fmt::format("The recorded input is coarse: of its steps of {}", error_text(noise->step, model.input_unit))
+            : fmt::format("The measured input is noisy: {} (rms) of it did not reach the plant, and of it",
+                          error_text(noise->rms, model.input_unit));
     found.push_back(fmt::format(
-        "The measured input is noisy: {} (rms) of it did not reach the plant, and the model makes {} (rms) of error of "
-        "it, which hides whatever else it lacks. A gain comes out too small by that, here by about {}, and time "
-        "constants are off by as much or more; record the command itself as the input, or filter and shield the wiring "
-        "of the measured one.",
-        error_text(noise->rms, model.input_unit), error_text(noise->in_output, model.output_unit),
-        noise->attenuation < 0.001 ? "0.1 % or less" : fmt::format("{:.1g} %", 100.0 * noise->attenuation)));
+        "{} the model makes {} (rms) of error, which hides whatever else it lacks. A gain comes out too small by that, "
+        "here by about {}, and time constants are off by as much or more; record the command itself as the input, or "
+        "{}.",
+        fault, error_text(noise->in_output, model.output_unit),
+        noise->attenuation < 0.001 ? "0.1 % or less" : fmt::format("{:.1g} %", 100.0 * noise->attenuation),
+        is_coarse ? "in a smaller range of the instrument or with more bits"
+                  : "filter and shield the wiring of the measured one"));
   }
   if (const auto& sensor = model.validation->sensor_step) {
     found.push_back(fmt::format(

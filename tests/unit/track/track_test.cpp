@@ -295,7 +295,7 @@ TEST_F(Track, IsRefusedForAnotherValveThanThatOfFollowing) {
                                    {"dead_band_V", "0.27"},
                                    {"gain_positive_in_per_V_s", "0.3"},
                                    {"gain_negative_in_per_V_s", "0.08"}}) {
-    EXPECT_NE(refusal(with(key, value)).find("about the valve of [following]"), std::string::npos)
+    EXPECT_NE(refusal(with(key, value)).find("for the valve of [following]"), std::string::npos)
         << key << refusal(with(key, value));
   }
   const std::string other = with("null_V", "-0.32");

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "ident/estimation/ladder_fits.hpp"
 #include "ident/estimation/sub_structures.hpp"
 #include "ident/structure/parameter_requests.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
@@ -51,6 +52,27 @@ TEST(Ladder, FindsAnIntegratorBehindAValve) {
   EXPECT_NEAR(model->input_map->null, -0.2, 0.02);
   EXPECT_NEAR(model->input_map->dead_band, 0.3, 0.02);
   for (const char* name : {"io", "fo"}) EXPECT_NE(model_named(found, name), nullptr) << "is always there";
+}
+
+TEST(LadderFits, PrefersAStructureThatErrsClearlyLessWhateverNoiseModelPredictsTheErrorOfTheOther) {
+  const auto with = [](double rms, double ar_bic) {
+    ClimbedModel climbed;
+    climbed.result.model.transfer_function = {{{0.15, 0.0}}, {{1.0, 1.0}, {0.0, 0.0}}, 0.0};
+    EstimationReport& estimation = climbed.result.model.estimation.emplace();
+    estimation.score.mse = rms * rms;
+    estimation.score.r2_percent = 99.9;
+    estimation.information.emplace().ar_bic = ar_bic;
+    return climbed;
+  };
+  const FitOptions options;
+  const LadderLimits limits;
+  const FitStructure none;
+  const LadderFits fits(options, limits, none);
+  const ClimbedModel integrator = with(0.00169, -6575.0);
+  EXPECT_FALSE(fits.is_preferred(integrator, with(0.0005, -6573.0)));
+  EXPECT_TRUE(fits.is_preferred(with(0.0005, -6573.0), integrator));
+  EXPECT_TRUE(fits.is_preferred(integrator, with(0.0016, -6573.0)));
+  EXPECT_FALSE(fits.is_preferred(with(0.0016, -6573.0), integrator));
 }
 
 /// Levels of random height, each held for 0.2 s to 1.2 s, with white noise on the output.

@@ -11,6 +11,7 @@
 
 #include "ident/estimation/fit.hpp"
 #include "ident/structure/structures.hpp"
+#include "ident/validation/verdict.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
 
 namespace eha::ident {
@@ -63,7 +64,10 @@ TEST(InputRounding, StepIsTheLeastDifferenceOfTwoValues) {
 
 TEST(InputRounding, OfACommandInLevelsIsNone) {
   Eigen::VectorXd levels(400);
-  for (Eigen::Index k = 0; k < levels.size(); ++k) levels[k] = 0.1 * static_cast<double>(k / 5);
+  for (Eigen::Index k = 0; k < levels.size(); ++k) {
+    const Eigen::Index level = k / 5;
+    levels[k] = 0.1 * static_cast<double>(level);
+  }
   EXPECT_EQ(rounding_step(levels), 0.0);
   for (Eigen::Index k = 0; k < levels.size(); ++k) levels[k] = k % 2 == 0 ? 1.0 : -1.0;
   EXPECT_EQ(rounding_step(levels), 0.0);
@@ -188,6 +192,39 @@ TEST(NoisyInput, IsNamedInPlaceOfANonlinearPlantWhereThePlantDidNotGetTheNoise) 
   }
   EXPECT_EQ(named, 18);
   EXPECT_EQ(taken_for_noise, 0);
+}
+
+TEST(CoarseInput, IsNamedInPlaceOfFeedbackOrFriction) {
+  constexpr double kStep_V = 0.02;
+  for (const int seed : {1, 2, 3, 4}) {
+    std::mt19937_64 draw(static_cast<std::uint64_t>(seed));
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(16000);
+    for (int tone = 0; tone < 25; ++tone) {
+      const double frequency_Hz = std::round(8.0 * std::pow(120.0, tone / 24.0)) / 8.0;
+      const double phase = 2.0 * std::numbers::pi * uniform(draw);
+      for (Eigen::Index k = 0; k < u.size(); ++k) {
+        u[k] += 0.15 * std::cos(2.0 * std::numbers::pi * frequency_Hz * 0.0005 * static_cast<double>(k) + phase);
+      }
+    }
+    Model model;  // 38 Hz, D = 0.12
+    const double w = 2.0 * std::numbers::pi * 38.0;
+    model.transfer_function = {{{2.0, 0.0}}, {{1.0 / (w * w), 2.0}, {0.24 / w, 1.0}, {1.0, 0.0}}, 0.0};
+    Record record;
+    record.step_s = 0.0005;
+    record.input = (u / kStep_V).array().round() * kStep_V;
+    record.output = simulate(model, u, record.step_s);
+    for (double& y : record.output) y += 0.002 * normal(draw);
+    model.validation = validate(model, record, {});
+    ASSERT_TRUE(model.validation->input_noise) << seed;
+    EXPECT_NEAR(model.validation->input_noise->step, kStep_V, 1e-9);
+    const std::vector<std::string> reasons = judge(model, {}).reasons;
+    EXPECT_EQ(reasons.front().rfind("The recorded input is coarse: ", 0), 0U) << reasons.front();
+    for (const std::string& reason : reasons) EXPECT_EQ(reason.find("controller"), std::string::npos) << reason;
+    // The same steps, which the plant did get.
+    record.output = simulate(model, record.input, record.step_s);
+    for (double& y : record.output) y += 0.002 * normal(draw);
+    EXPECT_FALSE(validate(model, record, {}).input_noise) << seed;
+  }
 }
 
 TEST(NoisyInput, IsNoRoughExcitation) {
