@@ -135,7 +135,7 @@ report::Item parameter_item(const Table& table, const Parameter& parameter) {
       : scatters(table, parameter)
           ? "No record lies apart from the others because they all scatter, beyond their own errors: plants or "
             "experiments differ. Compare the lowest with the highest by eha compare."
-          : "Nothing: no record lies apart.";
+          : "Nothing: none of these records lies apart.";
   return item;
 }
 
@@ -158,7 +158,9 @@ std::string records_table(const Table& table) {
     if (!row.judged) continue;
     std::string missing = why_none(row);
     for (const NotCompared& one : left_out) {
-      if (&table.rows[one.row] == &row && missing.empty()) missing = "not compared: " + one.reason;
+      if (&table.rows[one.row] == &row && missing.empty()) {
+        missing = (one.in_part ? "compared in part: " : "not compared: ") + one.reason;
+      }
     }
     RowFigures figures = row.figures;
     rows.push_back({row.label, shown_name(row.record), row.rig, row.recommended, grade_of(row),
@@ -220,7 +222,7 @@ std::string heading_of(const Table& table, std::size_t failed, std::size_t apart
     return fmt::format("{} {}", table.trends.front().parameter, change_text(table.trends.front()));
   if (failed > 0) return records(failed, "could not be judged", "could not be judged");
   if (table.missing > 0) return records(table.missing, "has no result yet", "have no result yet");
-  if (left_out > 0) return records(left_out, "is not compared", "are not compared");
+  if (left_out > 0) return records(left_out, "is not compared, or in part", "are not compared, or in part");
   if (table.resolutions.empty()) return "The records are judged; nothing is compared";
   const std::vector<Parameter> compared = parameters_of(table.rows, table.common_model);
   if (std::any_of(compared.begin(), compared.end(), [&](const Parameter& p) { return scatters(table, p); })) {
@@ -255,8 +257,9 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
   const std::vector<NotCompared> left_out =
       is_compared ? not_compared(table.rows, table.common_model) : std::vector<NotCompared>{};
   for (std::size_t i = 0; i < std::min(left_out.size(), kMostNamed); ++i) {
-    sentences.push_back(fmt::format("{} is not compared, so it may be the one that changed: {}.",
-                                    table.rows[left_out[i].row].label, left_out[i].reason));
+    sentences.push_back(fmt::format("{} is {}, so it may be the one that changed: {}.",
+                                    table.rows[left_out[i].row].label,
+                                    left_out[i].in_part ? "compared in part" : "not compared", left_out[i].reason));
   }
   if (left_out.size() > kMostNamed) {
     sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
@@ -289,7 +292,13 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
         "look at what was different where a record lies apart or a parameter moves, then `eha compare` "
         "that record with an ordinary one");
   }
-  if (!left_out.empty()) to_do.emplace_back("cut or repeat the records that are not compared");
+  const auto is_in_part = [](const NotCompared& one) { return one.in_part; };
+  if (!std::all_of(left_out.begin(), left_out.end(), is_in_part)) {
+    to_do.emplace_back("cut or repeat the records that are not compared");
+  }
+  if (std::any_of(left_out.begin(), left_out.end(), is_in_part)) {
+    to_do.emplace_back("`eha compare` a record that is compared in part with an ordinary one");
+  }
   if (!is_compared && to_do.empty()) to_do.emplace_back("record more to compare, or use the models of each record");
   std::string asked =
       report::paragraph(to_do.empty() ? "To do: nothing." : fmt::format("To do: {}.", fmt::join(to_do, "; ")));

@@ -2,10 +2,13 @@
 #include "daemon/batch/batch_table.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 #include <string_view>
 #include <utility>
 
@@ -360,6 +363,42 @@ std::vector<Parameter> parameters_of(const std::vector<Row>& rows, const std::st
   return parameters;
 }
 
+namespace {
+
+/// The rows whose model lacks parameters that two thirds of all have, with what it has in their place: a lag may be
+/// fitted as a dead time, and would be compared with nothing.
+std::map<std::size_t, std::string> lacking_rows(const std::vector<Row>& rows, const std::string& model) {
+  constexpr std::size_t kWhole = 3;
+  constexpr std::size_t kMost = 2;
+  const std::vector<Parameter> parameters = parameters_of(rows, model);
+  std::set<std::size_t> all;
+  for (const Parameter& parameter : parameters) {
+    for (const Estimate& one : parameter.estimates) all.insert(one.row);
+  }
+  std::map<std::size_t, std::vector<std::string>> lacking;
+  std::map<std::size_t, std::vector<std::string>> instead;
+  for (const Parameter& parameter : parameters) {
+    std::set<std::size_t> having;
+    for (const Estimate& one : parameter.estimates) having.insert(one.row);
+    const bool is_usual = kWhole * having.size() >= kMost * all.size();
+    for (const std::size_t row : all) {
+      if (is_usual && !having.contains(row)) lacking[row].push_back(parameter.name);
+      if (!is_usual && having.contains(row)) instead[row].push_back(parameter.name);
+    }
+  }
+  std::map<std::size_t, std::string> found;
+  for (const auto& [row, names] : lacking) {
+    const auto others = instead.find(row);
+    found[row] =
+        fmt::format("its {} has {} {}", model,
+                    others == instead.end() ? "none" : fmt::format("{} in place", fmt::join(others->second, ", ")),
+                    fmt::format("of {}", fmt::join(names, ", ")));
+  }
+  return found;
+}
+
+}  // namespace
+
 std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::string& model) {
   std::vector<NotCompared> left_out;
   if (model.empty()) return left_out;
@@ -378,6 +417,7 @@ std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::s
     }
     left_out.push_back({i, std::move(reason)});
   }
+  for (auto& [row, reason] : lacking_rows(rows, model)) left_out.push_back({row, std::move(reason), true});
   return left_out;
 }
 

@@ -111,13 +111,15 @@ struct Parameter {
 /// millimetre are not compared.
 [[nodiscard]] std::vector<std::size_t> rows_in_other_units(const std::vector<Row>& rows, const std::string& model);
 
-/// A judged record that takes no part in the comparison by a model.
+/// A judged record that takes no part in the comparison by a model, or not by each parameter.
 struct NotCompared {
   std::size_t row = 0;
-  std::string reason;  ///< "io is rejected: The rod stands ..."
+  std::string reason;    ///< "io is rejected: The rod stands ..."
+  bool in_part = false;  ///< its model lacks a parameter that two thirds of the others have
 };
 
-/// Returns the judged records without an accepted model of this name, with the reason.
+/// Returns the judged records without an accepted model of this name, then those whose model lacks a parameter, each
+/// with the reason.
 [[nodiscard]] std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::string& model);
 
 /// The verdict's grade of the recommended model; empty without one.

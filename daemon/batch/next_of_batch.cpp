@@ -51,12 +51,13 @@ std::string compare(const BatchFolder& folder, const Table& table, const std::ve
 }
 
 /// The row whose parameters lie nearest to the medians, of the records with nothing apart; one with a warning only
-/// where every one of them has.
-std::optional<std::size_t> ordinary_row(const Table& table) {
+/// where every one of them has. @param but  not this one
+std::optional<std::size_t> ordinary_row(const Table& table, std::size_t but) {
   std::map<std::size_t, double> furthest;  // of each row, in distances from which on it would be apart
   for (const Parameter& one : parameters_of(table.rows, table.common_model)) {
     for (const Estimate& estimate : one.estimates) {
-      if (!table.rows[estimate.row].outliers.empty() || !(estimate.half_width > 0.0)) continue;
+      const bool is_out = estimate.row == but || !table.rows[estimate.row].outliers.empty();
+      if (is_out || !(estimate.half_width > 0.0)) continue;
       double& of_row = furthest[estimate.row];
       of_row = std::max(of_row, std::abs(estimate.value - one.median) / estimate.half_width);
     }
@@ -110,7 +111,7 @@ std::string fit_of(const BatchFolder& folder, const Record& record) {
 std::string next_command(const BatchFolder& folder, const Table& table) {
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     if (table.rows[i].outliers.empty()) continue;
-    if (const auto ordinary = ordinary_row(table)) return compare(folder, table, {*ordinary, i});
+    if (const auto ordinary = ordinary_row(table, i)) return compare(folder, table, {*ordinary, i});
   }
   const std::vector<std::size_t> rows = compared_rows(table);
   if (!table.trends.empty() && rows.size() > 1) return compare(folder, table, {rows.front(), rows.back()});
@@ -120,7 +121,10 @@ std::string next_command(const BatchFolder& folder, const Table& table) {
   }
   const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
   if (!left_out.empty()) {
-    const Record& record = table.rows[left_out.front().row].record;
+    const std::size_t row = left_out.front().row;
+    const auto ordinary = left_out.front().in_part ? ordinary_row(table, row) : std::nullopt;
+    if (ordinary) return compare(folder, table, {*ordinary, row});
+    const Record& record = table.rows[row].record;
     return with_folder(fit_of(folder, record), record);
   }
   if (rows.size() > 1 && rows.size() < kFewestForOutliers) return compare(folder, table, rows);

@@ -86,7 +86,7 @@ RowFigures figures_of(const Json& fit, const std::string& recommended) {
       // Where nothing was left unseen, the figures are those of the samples that estimated.
       if (!model.validation && !model.estimation) break;
       const ident::Score& score = model.validation ? model.validation->score : model.estimation->score;
-      figures.fit_percent = fmt::format("{:.1f}", score.fit_percent);
+      figures.fit_percent = ident::percent_text(score.fit_percent, 1);
       // The greatest error of the samples that estimated is not kept.
       const double greatest = std::max(std::abs(score.error_min), std::abs(score.error_max));
       figures.error = model.validation ? fmt::format("{:.3g} {}", greatest, model.output_unit)

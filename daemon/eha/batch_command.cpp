@@ -193,7 +193,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   text += without;
   for (const batch::NotCompared& one : batch::not_compared(table.rows, table.common_model)) {
     if (!batch::why_none(table.rows[one.row]).empty()) continue;  // said already
-    text += fmt::format("left out {}: {}\n", table.rows[one.row].label, one.reason);
+    text += fmt::format("{} {}: {}\n", one.in_part ? "in part " : "left out", table.rows[one.row].label, one.reason);
   }
   if (apart.empty() && !table.resolutions.empty()) text += "apart    none of those compared\n";
   text += apart;

@@ -209,6 +209,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
   if (kind == config::FileKind::rig) {
     if (command.rig_file)
       throw UsageError(fmt::format("{}: is itself a rig file; --rig is for experiments", command.file));
+    if (command.place) throw UsageError(fmt::format("{}: is a rig file; --at is for experiments", command.file));
     report_rig(command, config::parse_rig(text, command.file), console);
     return ExitCode::ok;
   }
@@ -224,6 +225,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     if (const auto found = default_rig_file()) rig_file = found->string();
   }
   if (!rig_file) {
+    if (command.place) throw UsageError("--at: no rig file to check the experiment against; name one with --rig");
     report_experiment(command, config::parse_experiment(text, command.file, config::NamedFiles::read), std::nullopt,
                       console);
     return ExitCode::ok;
@@ -273,9 +275,9 @@ void add_check(CLI::App& app, ParsedLine& line) {
       ->type_name("RIG|EXPERIMENT|CONTROLLER");
   CLI::Option* rig =
       sub->add_option("--rig", check.rig_file, "Rig file to check an experiment against")->type_name("RIG");
-  sub->add_option("--at", check.place, "Where the rod stands, such as 2.95in or 75mm (default: mid-travel)")
-      ->type_name("LENGTH")
-      ->needs(rig);
+  sub->add_option("--at", check.place,
+                  "Where the rod stands, such as 2.95in or 75mm (default: where the service sees it, else mid-travel)")
+      ->type_name("LENGTH");
   add_socket_option(*sub, check.socket)->excludes(rig);
   sub->add_flag("--accept-travel-risk", check.accept_travel_risk,
                 "Only warn if half of the rehearsed rods reach a limit");

@@ -10,6 +10,7 @@
 #include "core/capitalised.hpp"
 #include "daemon/eha/change_text.hpp"
 #include "daemon/eha/compared_parts.hpp"
+#include "daemon/eha/controller_argument.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/wrapped_text.hpp"
@@ -18,13 +19,29 @@
 #include "daemon/report/change_causes.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/validation/input_error.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/record_findings.hpp"
+#include "ident/validation/verdict.hpp"
 
 namespace eha::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// That the sensor's noise is another one, from row to row; empty where it is not shown. [output unit of the model]
+std::string other_noise(const identify::Source& before, const identify::Source& after, const DisplayUnit& unit) {
+  constexpr double kOther = 1.5;
+  const std::string& length = before.record.output_channel.unit;
+  if (length != after.record.output_channel.unit) return {};
+  const double from = unit.factor(length) * ident::white_noise(before.record.output);
+  const double to = unit.factor(length) * ident::white_noise(after.record.output);
+  if (!(std::min(from, to) > 0.0) || std::max(from, to) < kOther * std::min(from, to)) return {};
+  return fmt::format(
+      "the noise of the output from row to row changed by a factor of {}, from {:.3g} to {:.3g}{} (rms): look at the "
+      "sensor, its wire and its shield",
+      ident::figure_text(to / from), from, to, ident::after_number(unit.of(length)));
+}
 
 /// "runs/a on simulated rig": a record, and the rig of a run.
 std::string of_rig(const identify::Source& source) {
@@ -221,6 +238,11 @@ class RunsAnswer {
     if (subject.left_over.changed && subject.judges_left_over) {
       found_ += "  " + left_over + "\n";
       out_.findings.sentences.push_back(titles_[i] + ": " + left_over);
+    }
+    subject.noise = other_noise(sources_.front(), sources_[i], DisplayUnit(model.output_unit));
+    if (!subject.noise.empty()) {
+      found_ += "  " + subject.noise + "\n";
+      out_.findings.sentences.push_back(titles_[i] + ": " + subject.noise + ".");
     }
     if (const std::string cause = report::cause_sentence(subject); !cause.empty()) {
       // Of two runs it is what to do.

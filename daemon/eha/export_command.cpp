@@ -179,7 +179,11 @@ ExitCode export_model(const ExportCommand& given, const ident::ModelFormat& form
     // The code begins at rest at v = 0; `eha simulate` would begin at the input's first value.
     const std::string before =
         ident::begins_at_a_level(model) ? fmt::format(" --input-before={:.10g}", 0.0 - model.input_bias) : "";
-    const auto input = input_words_of_record(record_of(model), model.input_unit);
+    // Of a part of a record its rest at the start is none of the model's.
+    const auto command_of_fit = model.provenance.find("command");
+    const bool is_part =
+        command_of_fit != model.provenance.end() && command_of_fit->second.find(" --from ") != std::string::npos;
+    const auto input = is_part ? std::nullopt : input_words_of_record(record_of(model), model.input_unit);
     console.next_step(fmt::format("eha simulate {} {}{} -o {}", shell_word(command.source), input.value_or("INPUT.csv"),
                                   before, shell_word(free_name("output.csv"))));
   }

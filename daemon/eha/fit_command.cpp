@@ -31,9 +31,9 @@
 #include "daemon/eha/sweep_command.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/identify/identification.hpp"
-#include "daemon/identify/judging.hpp"
 #include "daemon/identify/input_trial.hpp"
 #include "daemon/identify/intersample_check.hpp"
+#include "daemon/identify/judging.hpp"
 #include "daemon/identify/publish.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/identify/trip_cause.hpp"
@@ -344,7 +344,6 @@ ExitCode execute(const FitCommand& command, Console& console) {
   }
   const auto cut = cut_command(again, source, identification);
   if (cut) console.next_step(*cut);
-  if (answered.straight && !cut) console.next_step(*answered.straight);
   if (first == ident::FirstStep::look_at_sensor || has_tripped_by_readings(source)) {
     console.next_step(source.run_folder ? suggest::read(console.rig()) : picture_of_record(command));
   } else if (first == ident::FirstStep::against_lost_rows) {
@@ -361,6 +360,8 @@ ExitCode execute(const FitCommand& command, Console& console) {
              identification.recommendation.model.empty() && !cut) {
     console.next_step(command_of_ladder(again) + (source.run_folder ? fmt::format(" --model {}", kLadder) : ""));
   }
+  // Only a possibility, and wrong for an input that was held.
+  if (answered.straight && !cut) console.next_step(*answered.straight);
   return code;
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "config/measured_check.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
@@ -251,7 +252,8 @@ void warn_of_little_motion(const Rehearsed& rehearsed, const std::string& experi
   console.warning(fmt::format(
       "{}: the volts go {:.2g} V from the valve's null ({:.3g} V), of which its dead band takes {:.2g} V: the rod {}, "
       "and the record tells little; play greater amplitudes",
-      experiment_file, *reach_V, rehearsed.rig.limits.following->null_V, rehearsed.rig.limits.following->dead_band_V,
+      experiment_file, *reach_V, rehearsed.rig.limits.following->null_V,
+      config::valve_estimate(*rehearsed.rig.limits.following).dead_band_V,
       drifts(drift) ? drift_text(drift, unit.of("in")) + " to one side and otherwise hardly moves"
                     : "will hardly move"));
 }

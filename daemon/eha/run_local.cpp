@@ -283,8 +283,7 @@ ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, c
       try {
         own = conclude(command, rig, one.experiment.config, acquired[i], console);
       } catch (const Error& error) {
-        if (at_once == 1) throw;
-        console.error(error.what());  // those after it were played, too
+        console.error(error.what());  // those after it are played, too
         own = error.exit_code();
       }
       if (code == ExitCode::ok) code = own;

@@ -16,6 +16,8 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/equation.hpp"
+#include "daemon/eha/following_warning.hpp"
+#include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/terminal_table.hpp"
 #include "daemon/eha/wrapped_text.hpp"
@@ -188,6 +190,9 @@ std::string map_caution(const Model& model) {
     return (p.role == Role::valve_null || p.role == Role::dead_band) && !p.fixed && p.upper95 > p.lower95;
   });
   if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model)) return {};
+  if (const std::string record = record_of(model); record::is_run_folder(record) && sheet_confirms(model, record)) {
+    return "null and dead band are those of the newest valve sheet beside the run, within its errors";
+  }
   if (const std::optional<double> shift = ident::noted_shift(model); shift && !ident::is_one_way(*model.input_map)) {
     const auto& test = model.validation->tests ? model.validation->tests->nonlinearity : std::nullopt;
     const bool is_of_level = test && test->test.p < ident::kNonlinearLevel && ident::is_of_bent_edges(model, *test);
@@ -289,8 +294,8 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
   if (is_only_one) text += "; the checks let no other one pass";
   if (next != nullptr) {
     const std::string word = next->verdict && next->verdict->accepted ? "" : fmt::format(" ({})", grade_text(*next));
-    text += fmt::format("; the runner-up, {}{}{}, {}", next->name, word, outdone_note(*next, chosen),
-                        errs_beside(*next, chosen));
+    text += fmt::format("; the runner-up, {}{}{}, {}{}", next->name, word, outdone_note(*next, chosen),
+                        ident::shown_mse(*next) > most ? "is none of them: it " : "", errs_beside(*next, chosen));
   }
   if (const Model* other = closest(models, chosen)) {
     text += other == next ? ": take that to simulate"

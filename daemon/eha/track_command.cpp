@@ -260,8 +260,8 @@ ExitCode show_track(const record::OpenRun& run, TrackFiles wanted, const Console
         result.leak ? fmt::format("No controller of a rig that leaks goes to a PLC: {}.", ident::kRepairFirst)
         : result.is_kept()
             ? std::string(
-                  "The controller goes to no PLC on this trial alone, by which the valve is not quite the one that "
-                  "it was made for: the whole trial, `eha track` without a reference, decides.")
+                  "The controller goes to no PLC on this trial alone, by which the valve may not be the one that it "
+                  "was made for: the whole trial, `eha track` without a reference, decides.")
             : std::string("The controller goes to no PLC yet: its promise was not kept."));
   } else if (const std::string& controller = console.rig().controller; !controller.empty()) {
     console.print(

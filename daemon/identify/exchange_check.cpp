@@ -57,15 +57,18 @@ std::optional<ExchangedFit> other_way_round(const Source& source, ident::FitOpti
   return best;
 }
 
-/// Whether the output comes before the input by the record alone, and no model passes every check.
-bool comes_before_its_input(const ident::Record& record, const Identification& identification) {
-  const bool any_good = std::any_of(identification.models.begin(), identification.models.end(), [](const auto& one) {
-    const auto& verdict = one.result.model.verdict;
-    return verdict && verdict->grade == ident::Grade::good;
-  });
-  return !any_good && !importer::why_later_than_its_output({record.input.begin(), record.input.end()},
-                                                           {record.output.begin(), record.output.end()})
-                           .empty();
+/// Whether the output comes before the input by the record alone, or what models leave over looks like noise of the
+/// input, which that of an exchanged output is; and no model passes every check.
+bool may_come_before_its_input(const ident::Record& record, const Identification& identification) {
+  const auto has = [&](auto&& of_model) {
+    return std::any_of(identification.models.begin(), identification.models.end(),
+                       [&](const auto& one) { return of_model(one.result.model); });
+  };
+  if (has([](const ident::Model& m) { return m.verdict && m.verdict->grade == ident::Grade::good; })) return false;
+  if (has([](const ident::Model& m) { return m.validation && m.validation->input_noise; })) return true;
+  return !importer::why_later_than_its_output({record.input.begin(), record.input.end()},
+                                              {record.output.begin(), record.output.end()})
+              .empty();
 }
 
 const ident::Score& score_of(const ScoredModel& scored) {
@@ -80,7 +83,7 @@ std::optional<ExchangedFit> exchanged_fit(const Source& source, const Identifica
   if (source.run_folder || task.options.split >= 1.0) return std::nullopt;
   const auto& models = identification.models;
   const bool any_accepted = std::any_of(models.begin(), models.end(), is_accepted);
-  if (any_accepted && !comes_before_its_input(source.record, identification)) return std::nullopt;
+  if (any_accepted && !may_come_before_its_input(source.record, identification)) return std::nullopt;
   const std::optional<ExchangedFit> best = other_way_round(source, task.options);
   // Beside a model that is accepted the other way round has to leave far less over.
   const double share = any_accepted ? kFarLessLeft : 1.0;

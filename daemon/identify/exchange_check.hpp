@@ -16,10 +16,10 @@ struct ExchangedFit {
 };
 
 /// Whether input and output of a file may be exchanged: no model of it is accepted, or none is good and the output
-/// comes before the input by itself (importer::why_later_than_its_output()); and the other way round one of the
-/// simplest has an R2 above 90 %, and above that of every model as given, of an accepted one by a quarter of what that
-/// leaves over. None for a run, whose columns are known, and where all samples estimate. Cost: two fits of two or three
-/// parameters to a few thousand samples.
+/// comes before the input by itself (importer::why_later_than_its_output()) or what a model leaves over looks like
+/// noise of the input; and the other way round one of the simplest has an R2 above 90 %, and above that of every model
+/// as given, of an accepted one by a quarter of what that leaves over. None for a run, whose columns are known, and
+/// where all samples estimate. Cost: two fits of two or three parameters to a few thousand samples.
 [[nodiscard]] std::optional<ExchangedFit> exchanged_fit(const Source& source, const IdentificationTask& task,
                                                         const Identification& identification);
 

@@ -506,6 +506,11 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     hold_one_sided_maps(judged, identification);
     try_other_structures(judged, identification, progress);
   }
+  if (const std::string clipped = wrong ? std::string() : may_be_clipped(source, judged, identification);
+      !clipped.empty()) {
+    for (IdentifiedModel& model : identification.models) add_remark(model.result.model, clipped);
+    identification.warnings.push_back(clipped);
+  }
   if (other) identification.warnings.push_back(other_split_remark(*other, task));
   if (piece) identification.warnings.push_back(piece->sentence);
   if (standing) identification.warnings.push_back(standing->sentence);

@@ -291,6 +291,13 @@ std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
       options};
 }
 
+/// "-2.5 or 2.5 V": where a clipped input stands.
+std::string ends_text(const ident::ClippedInput& ends, const ident::Record& record) {
+  const std::string unit = ident::after_number(record.input_channel.unit);
+  return ends.greatest && ends.least ? fmt::format("{:.4g} or {:.4g}{}", *ends.least, *ends.greatest, unit)
+                                     : fmt::format("{:.4g}{}", ends.greatest.value_or(ends.least.value_or(0.0)), unit);
+}
+
 std::optional<WrongInput> of_clipped_input(const Source& source, const IdentificationTask& task,
                                            const std::vector<const IdentifiedModel*>& bases) {
   if (source.intersample != ident::Intersample::held) return std::nullopt;
@@ -307,10 +314,7 @@ std::optional<WrongInput> of_clipped_input(const Source& source, const Identific
     if (found && (!best || found->error < best->error)) best = found;
   }
   if (!given || !best || !(best->error <= kLessByBridges * given->error)) return std::nullopt;
-  const std::string unit = ident::after_number(record.input_channel.unit);
-  const std::string at = ends->greatest && ends->least
-                             ? fmt::format("{:.4g} or {:.4g}{}", *ends->least, *ends->greatest, unit)
-                             : fmt::format("{:.4g}{}", ends->greatest.value_or(ends->least.value_or(0.0)), unit);
+  const std::string at = ends_text(*ends, record);
   const auto without = longest_without(ends->runs, record.input.size());
   const std::string part = without ? cut_to(*without, record) : std::string();
   return WrongInput{
@@ -367,6 +371,21 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
     return exchanged_columns(source, *other, "the output comes before the input");
   }
   return late->wrong;
+}
+
+std::string may_be_clipped(const Source& source, const IdentificationTask& task, const Identification& identification) {
+  if (source.run_folder || source.is_of_run || !task.loop.empty() || source.intersample != ident::Intersample::held) {
+    return {};
+  }
+  const IdentifiedModel* first = recommended_model(identification);
+  if (first != nullptr && !misses_something(first->result.model)) return {};
+  const auto ends = ident::clipped_input(task.record.input);
+  if (!ends) return {};
+  return fmt::format(
+      "the input stands exactly at {} for {:.2g} % of the rows, as where the range of a logger cuts it off. What the "
+      "plant got beyond is not recorded then: gains come out too great, and dry friction, play or a dead time are told "
+      "that are none; record with a wider range of the logger. Of a command that is limited there that is no fault",
+      ends_text(*ends, task.record), ends->percent);
 }
 
 std::optional<WrongInput> lost_input(const Source& source) {

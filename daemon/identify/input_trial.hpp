@@ -27,9 +27,14 @@ struct WrongInput {
                                                     const Identification& identification,
                                                     const Progress& progress = {});
 
-/// The same of the record alone, before any fit: the input keeps one value over a tenth of the record and more while
-/// the output goes on (ident::frozen_input()), or is plain noise in which the output has no part. None of a run and of
-/// a record in closed loop. Cost O(N), below 0.1 s of a million rows.
+/// That the input of a file stands exactly at its ends (ident::clipped_input()) beside a first model that misses
+/// something, where no trial tells whether the plant got more; empty otherwise. Cost O(N).
+[[nodiscard]] std::string may_be_clipped(const Source& source, const IdentificationTask& task,
+                                         const Identification& identification);
+
+/// A wrong input by the record alone, before any fit: the input keeps one value over a tenth of the record and more
+/// while the output goes on (ident::frozen_input()), or is plain noise in which the output has no part. None of a run
+/// and of a record in closed loop. Cost O(N), below 0.1 s of a million rows.
 [[nodiscard]] std::optional<WrongInput> lost_input(const Source& source);
 
 /// Judges the models anew, each of which is rejected for it, and chooses again.

@@ -11,6 +11,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "config/rig_config.hpp"
+#include "config/valve_estimate.hpp"
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/multisine_text.hpp"
@@ -151,7 +152,7 @@ std::string text_with_tones(const config::ExperimentConfig& experiment, const co
 
 std::string reach_text(double reach_V, const config::RigConfig& rig) {
   return fmt::format("the volts went {:.2g} V from the valve's null, of which its dead band takes {:.2g} V", reach_V,
-                     rig.limits.following->dead_band_V);
+                     config::valve_estimate(*rig.limits.following).dead_band_V);
 }
 
 }  // namespace

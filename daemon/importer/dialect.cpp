@@ -284,12 +284,19 @@ std::optional<std::size_t> first_row(const Reading& reading, bool& are_traces) {
     const auto later = std::find_if(first + 1, end, is_data);
     if (later != end) first = later;
   }
+  // A row of a preamble above the names, "Vertical Scale,1.0,0.5", is none either.
+  const auto is_word = [&](const std::string& field) {
+    double ignored = 0.0;
+    return parse_number(field, reading.signs, ignored) == NumberKind::none;
+  };
+  if (end - first > 2 && is_word(first->fields[0]) && (first + 1)->fields.size() == reading.fields &&
+      !is_data(*(first + 1)) && are_names((first + 1)->fields) && is_data(*(first + 2)) &&
+      !is_word((first + 2)->fields[0])) {
+    first += 2;
+  }
   // Yokogawa's rows have an empty first field, and the lines above them a word there: "BlockNumber",1,1.
   const auto bare = std::find_if(first, end, [&](const Line& line) { return is_data(line) && line.fields[0].empty(); });
-  const auto begins_with_word = [&](const Line& line) {
-    double ignored = 0.0;
-    return !is_data(line) || parse_number(line.fields[0], reading.signs, ignored) == NumberKind::none;
-  };
+  const auto begins_with_word = [&](const Line& line) { return !is_data(line) || is_word(line.fields[0]); };
   const auto is_bare = [&](const Line& line) { return !is_data(line) || line.fields[0].empty(); };
   const auto names_traces = [](const Line& line) { return !line.fields.empty() && line.fields[0] == "TraceName"; };
   are_traces = bare != end && std::any_of(reading.lines.begin(), bare, names_traces) &&

@@ -106,7 +106,7 @@ class HeaderFinder {
         const bool is_beside = are_all && j + 1 == i && !are_all_units(names) && !is_empty(names);
         if (!(lacks_one ? lacks_first(names) : suits(names))) break;
         if (!is_beside && !are_names(names)) continue;
-        set_names(header, j);
+        set_names(header, are_repeated(j) ? begin_ - 1 : j);
         header.units = without_label(units);
         if (lacks_one) header.units.insert(header.units.begin(), "");
         for (std::string& unit : header.units) {
@@ -116,6 +116,15 @@ class HeaderFinder {
       }
     }
     return false;
+  }
+
+  /// Whether names of a preamble stand again right above the rows, there with that of the times: "Source,CH1,CH2",
+  /// "Vertical Units,V,V", "Time,CH1,CH2".
+  [[nodiscard]] bool are_repeated(std::size_t at) const {
+    const Fields& names = lines_[at].fields;
+    const Fields& above = lines_[begin_ - 1].fields;
+    return at + 1 < begin_ && names.size() > 1 && above.size() == names.size() && are_names(above) &&
+           std::equal(names.begin() + 1, names.end(), above.begin() + 1);
   }
 
   void take_names(Header& header) const {

@@ -22,11 +22,13 @@ struct CommonCause {
 
 bool is_gain(ident::ParameterRole role) { return role == ident::ParameterRole::numerator_coefficient; }
 
+bool is_ratio(ident::ParameterRole role) { return role == ident::ParameterRole::negative_gain_ratio; }
+
 bool is_of_valve(ident::ParameterRole role) {
-  return ident::is_of_map(role) || role == ident::ParameterRole::input_bias;
+  return (ident::is_of_map(role) && !is_ratio(role)) || role == ident::ParameterRole::input_bias;
 }
 
-bool is_of_dynamics(ident::ParameterRole role) { return !is_gain(role) && !is_of_valve(role); }
+bool is_of_dynamics(ident::ParameterRole role) { return !is_gain(role) && !is_ratio(role) && !is_of_valve(role); }
 
 constexpr std::string_view kLeakFirst =
     "a leak past the piston, as said above, with which `eha characterise` finds a drift inside the dead band; without "
@@ -69,6 +71,10 @@ constexpr std::array kCommonCauses{
         "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
         "with which `eha characterise` finds a drift inside the dead band",
         is_of_valve},
+    CommonCause{
+        "commonly the load, which hangs on one side of the piston (on a vertical cylinder its weight speeds up one "
+        "way and slows down the other), or dry friction, else the valve or a leak past the piston",
+        is_ratio},
     CommonCause{"commonly the supply pressure, dry friction, the load or the sensor's scale, else the valve or a leak",
                 is_gain},
     CommonCause{"commonly the load, as another moving mass changes time constant and natural frequency, the oil (its "

@@ -31,6 +31,7 @@ struct ComparedSubject {
   /// says too, and how to cut that record; empty: it does not.
   std::string jumps = {};
   std::string cut_beside_jump = {};
+  std::string noise = {};                  ///< that the output's noise changed, and where to look; empty: not shown
   bool is_tight = false;                   ///< by the valve sheets beside both runs
   MapCause map_cause = MapCause::unknown;  ///< of another map, as the records show it
   /// Least and greatest input that the record has; none without a record.
@@ -64,8 +65,9 @@ struct ComparedSubject {
 /// @param first, subject  of two records
 [[nodiscard]] std::string outcome(const ComparedSubject& first, const ComparedSubject& subject);
 
-/// The outcome that matters most of several: a change, then a model that does not fit or hold, then what is not shown.
-/// With more than one subject beside the first its label stands before it. @param subjects  at least two
+/// The outcomes of several, what matters most first: a change, then a model that does not fit or hold, then what is not
+/// shown; at most three, and none that is alike beside another. With more than one subject beside the first their
+/// labels stand before them. @param subjects  at least two
 [[nodiscard]] std::string outcome_of_all(const std::vector<ComparedSubject>& subjects);
 
 /// What to do about the outcome.

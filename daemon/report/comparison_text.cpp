@@ -144,6 +144,7 @@ std::string to_do_of(const ComparedSubject& subject) {
     case Finding::alike:
       break;
   }
+  if (!subject.noise.empty()) return capitalised(subject.noise) + ".";
   return subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
                                          : "Nothing: no change of a parameter is shown.";
 }
@@ -180,8 +181,20 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
 std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {
   const auto worst = std::min_element(subjects.begin() + 1, subjects.end(),
                                       [](const auto& a, const auto& b) { return finding_of(a) < finding_of(b); });
-  const std::string text = outcome(subjects.front(), *worst);
-  return subjects.size() == 2 || is_alike(*worst) ? text : fmt::format("{}: {}", worst->label, text);
+  if (subjects.size() == 2 || is_alike(*worst)) return outcome(subjects.front(), *worst);
+  std::vector<const ComparedSubject*> found;
+  for (auto one = subjects.begin() + 1; one != subjects.end(); ++one) {
+    if (!is_alike(*one)) found.push_back(&*one);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const auto* a, const auto* b) { return finding_of(*a) < finding_of(*b); });
+  constexpr std::size_t kMostNamed = 3;
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < std::min(found.size(), kMostNamed); ++i) {
+    texts.push_back(fmt::format("{}: {}", found[i]->label, outcome(subjects.front(), *found[i])));
+  }
+  if (found.size() > kMostNamed) texts.push_back(fmt::format("{} more differ", found.size() - kMostNamed));
+  return fmt::format("{}", fmt::join(texts, "; "));
 }
 
 bool is_alike(const ComparedSubject& subject) { return finding_of(subject) == Finding::alike; }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 
+#include "config/measured_check.hpp"
 #include "config/placing_speed.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/millimetre_key.hpp"
@@ -17,6 +18,7 @@
 namespace eha {
 namespace {
 
+constexpr double kLetPass_V = 0.1;  // beyond the edge of a simulated valve
 constexpr double kLongestFrozen_s = 2.0;
 constexpr double kLongestLateLoop_s = 0.1;
 constexpr double kMostUnknownShare = 0.1;  ///< of half the command range, of a safe voltage at a null that is not known
@@ -92,13 +94,17 @@ std::string moving_at_rest(const config::RigConfig& rig) {
   const config::ValveEstimate valve = config::valve_estimate(*following);
   const double away_V = std::abs(limits.safe_V - valve.null_V);
   const double speed_in_per_s = std::abs(valve.velocity_in_per_s(limits.safe_V));
-  // The dead band of [following] is wider than the valve's; on a simulated rig, where nobody is hurt, that is let pass.
-  const double edge_V = hal::moves_machine(rig.backend) ? valve.dead_band_V : following->dead_band_V;
+  // On a simulated rig, where nobody is hurt, a creep is let pass.
+  const double edge_V = valve.dead_band_V + (hal::moves_machine(rig.backend) ? 0.0 : kLetPass_V);
   if (away_V <= edge_V || !(speed_in_per_s > 0.0)) return {};
   return fmt::format(
       "limits.safe_V = {:g} V is {:.3g} V from the valve's null, outside its half dead band of {:.3g} V: the rod moves "
-      "at about {:.2g} in/s ({:.2g} mm/s) where the hydraulics are on and nothing drives it; set {:g}, the null",
-      limits.safe_V, away_V, valve.dead_band_V, speed_in_per_s, kMillimetresPerInch * speed_in_per_s, valve.null_V);
+      "at about {:.2g} in/s ({:.2g} mm/s) where the hydraulics are on and nothing drives it; {}",
+      limits.safe_V, away_V, valve.dead_band_V, speed_in_per_s, kMillimetresPerInch * speed_in_per_s,
+      config::is_as_measured(rig)
+          ? fmt::format("set {:g}, the null", valve.null_V)
+          : fmt::format("measure the valve (`eha characterise`) before you believe that {:g} is the null and set it",
+                        valve.null_V));
 }
 
 }  // namespace

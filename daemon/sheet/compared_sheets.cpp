@@ -19,6 +19,8 @@ namespace {
 
 using ident::Measured;
 
+constexpr double kNoiseShare = 0.2;  // of the noise, its half width: a sheet does not tell from how many rows it is
+
 Measured scaled(const Measured& measured, double factor) {
   return {factor * measured.value, factor * measured.half_width};
 }
@@ -44,6 +46,8 @@ std::vector<ComparedQuantity> quantities_of(const ident::ValveSheet& a, const id
     all.push_back({"drift inside the dead band", unit.of("in") + "/s", scaled(*a.creep_in_per_s, factor),
                    scaled(*b.creep_in_per_s, factor)});
   }
+  const auto noise = [&](double noise_in) { return Measured{factor * noise_in, kNoiseShare * factor * noise_in}; };
+  all.push_back({"sensor's noise at rest, rms", unit.of("in"), noise(a.noise_in), noise(b.noise_in)});
   return all;
 }
 
@@ -90,17 +94,17 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
   }
   compared.rig = sheets[compared.measured_again].access;
   if (changed.empty()) {
-    compared.heading = are_of_one_rig ? "No change of the valve is shown" : "No difference of the valves is shown";
+    compared.heading = are_of_one_rig ? "The sheets show no change" : "The sheets show no difference of the rigs";
   } else {
-    compared.heading = fmt::format("{}: {}", are_of_one_rig ? "The valve has changed" : "The valves of the rigs differ",
+    compared.heading = fmt::format("{}: {}", are_of_one_rig ? "The sheet has changed" : "The sheets of the rigs differ",
                                    fmt::join(changed, ", "));
   }
   if (leak) {
     compared.sentences.push_back(ident::leak_finding(*leak, unit));
   } else if (!changed.empty() && are_of_one_rig) {
     compared.sentences.emplace_back(
-        "A null moves with the oil's temperature, a gain with the square root of what drops over the valve: look at "
-        "both before you blame the valve. `eha characterise` measures it again.");
+        "A null moves with the oil's temperature, a gain with the load, with dry friction and with the square root of "
+        "what drops over the valve: look at these before you blame the valve. `eha characterise` measures it again.");
   }
   compared.sentences.push_back(
       fmt::format("At most {:g} % false alarms for all quantities and sheets together.", 100.0 * ident::kFalseAlarm));

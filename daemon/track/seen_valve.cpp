@@ -19,6 +19,7 @@ constexpr double kMoving_in_per_s = 0.03;
 constexpr Eigen::Index kFewestRowsAWay = 5;  // in motion
 constexpr double kChangeShare = 0.07;        // of a gain
 constexpr double kLeastStd_V = 1e-3;
+constexpr double kClear = 4.0;        // standard deviations; neighbouring rows of a motion are alike
 constexpr double kMinor = 1.0 / 3.0;  // of the greater change
 
 }  // namespace
@@ -65,7 +66,14 @@ SeenValve seen_valve(const std::vector<double>& command_V, const std::vector<dou
   const Eigen::VectorXd x = a.colPivHouseholderQr().solve(u);
   const double rest = (u - a * x).squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, a.rows() - a.cols()));
   const Eigen::MatrixXd covariance = rest * (a.transpose() * a).inverse();
-  return {x[0], x[1], 1.0 / x[2], 1.0 / x[3], std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1))};
+  return {x[0],
+          x[1],
+          1.0 / x[2],
+          1.0 / x[3],
+          std::sqrt(covariance(0, 0)),
+          std::sqrt(covariance(1, 1)),
+          std::sqrt(covariance(2, 2)) / x[2],
+          std::sqrt(covariance(3, 3)) / x[3]};
 }
 
 std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map, const DisplayUnit& unit) {
@@ -75,11 +83,11 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
     double was;
     double is;
     double std;
-    [[nodiscard]] bool differs() const { return std::abs(is - was) > config::kSameValve_V; }
+    [[nodiscard]] bool differs() const { return std::abs(is - was) > config::kSameValve_V && far() >= kClear; }
     [[nodiscard]] double far() const { return std::abs(is - was) / std::max(std, kLeastStd_V); }
   };
-  const auto gain = [&](const char* name, double was, double is) {
-    if (std::abs(is / was - 1.0) > kChangeShare) {
+  const auto gain = [&](const char* name, double was, double is, double std) {
+    if (std::abs(is / was - 1.0) > std::max(kChangeShare, kClear * std)) {
       const double factor = unit.factor(kGainUnit);
       changes.push_back(fmt::format("{} {:.4g} {} instead of {:.4g}, {:+.0f} %", name, factor * is, unit.of(kGainUnit),
                                     factor * was, 100.0 * (is / was - 1.0)));
@@ -93,8 +101,8 @@ std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseM
     if (!one.differs() || (both[0].differs() && one.far() < kMinor * both[0].far())) continue;
     changes.push_back(fmt::format("{} {:.3f} V instead of {:.3f} V", one.name, one.is, one.was));
   }
-  gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s);
-  gain("gain retracting", map.gain_negative, seen.gain_negative_in_per_V_s);
+  gain("gain extending", map.gain_positive, seen.gain_positive_in_per_V_s, seen.gain_positive_std);
+  gain("gain retracting", map.gain_negative, seen.gain_negative_in_per_V_s, seen.gain_negative_std);
   return changes;
 }
 

@@ -30,8 +30,10 @@ struct SeenValve {
   double dead_band_V = 0.0;
   double gain_positive_in_per_V_s = 0.0;
   double gain_negative_in_per_V_s = 0.0;
-  double null_std_V = 0.0;       ///< of the fit; correlated with that of the dead band
-  double dead_band_std_V = 0.0;  ///< the same
+  double null_std_V = 0.0;         ///< of the fit; correlated with that of the dead band
+  double dead_band_std_V = 0.0;    ///< the same
+  double gain_positive_std = 0.0;  ///< share of the gain
+  double gain_negative_std = 0.0;  ///< the same
 };
 
 /// @param command_V  a row a tick   @param rod_in  as means of mean_width() rows
@@ -39,9 +41,9 @@ struct SeenValve {
 [[nodiscard]] SeenValve seen_valve(const std::vector<double>& command_V, const std::vector<double>& rod_in,
                                    double tick_s);
 
-/// Compares a seen valve with the controller's, a phrase each, that of null and dead band first which is the farther in
-/// its standard deviations. The other one of the two is left out where it is not a third as far: little motion one way
-/// gives both an error.
+/// Compares a seen valve with the controller's, a phrase each where they are four standard deviations apart or more,
+/// that of null and dead band first which is the farther in them. The other one of the two is left out where it is not
+/// a third as far: little motion one way gives both an error.
 [[nodiscard]] std::vector<std::string> changes_of(const SeenValve& seen, const ident::InverseMap& map,
                                                   const DisplayUnit& unit);
 

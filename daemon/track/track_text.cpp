@@ -116,10 +116,12 @@ std::vector<std::string> sweep_sentences(const TrackResult& result, const Displa
                       is_retracting ? "retracting" : "extending", factor * gain * share.value,
                       factor * gain * share.half_width, unit.of(kGainUnit), 1e3 * result.margins->lag_s.value,
                       1e3 * result.margins->lag_s.half_width),
-          fmt::format("Margins: of the open loop, from the sweep, in the direction that has less of them. The gain "
-                      "margin is at least Ms / (Ms - 1) = {:.3g}: the sweep ends below the frequency at which it would "
-                      "be seen, and a loop with this Ms has no less.",
-                      ms / (ms - 1.0))};
+          fmt::format(
+              "Margins: of the open loop, from the sweep, in the direction that has less of them; Ms and Mt are the "
+              "greatest values at its frequencies. The gain "
+              "margin is at least Ms / (Ms - 1) = {:.3g}: the sweep ends below the frequency at which it would "
+              "be seen, and a loop with this Ms has no less.",
+              ms / (ms - 1.0))};
 }
 
 std::string track_text(const TrackResult& result, const DisplayUnit& unit) {

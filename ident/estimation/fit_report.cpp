@@ -277,6 +277,7 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   report.input_noise = input_noise_left_over(result.model, outputs, facts, all_measured - all_simulated);
   // The rounding of a recorded input goes with what follows it, too, as it is part of both.
   if (is_fed_back && report.input_noise && !(report.input_noise->step > 0.0)) report.input_noise.reset();
+  report.between_rows = curves_between_rows(result.model, outputs);
   report.excitation_order = excitation_order(map ? mapped(*map, input) : input);
   if (estimated > 0) {
     report.extrapolated_percent = extrapolated_percent(input, estimated, map.has_value());

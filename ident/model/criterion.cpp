@@ -25,6 +25,8 @@ constexpr auto kKinds = std::to_array<CriterionTraits>({
     {Kind::max_abs_error, "", "_max_abs_error", Unit::output, Weight::rejects, "greatest error", "one error too large"},
     {Kind::input_noise, "input_noise_percent", "", Unit::percent, Weight::lowers,
      "share of the error that noise of the measured input makes", "the measured input is noisy"},
+    {Kind::between_rows, "between_rows_percent", "", Unit::percent, Weight::lowers,
+     "what curves between the rows change, over the error", "rows too coarse for the input"},
     {Kind::residual_input, "residual_input_p", "", Unit::none, Weight::lowers, "the input does not move the error, p",
      "the input moves the error"},
     {Kind::residual_whiteness, "residual_whiteness_p", "", Unit::none, Weight::lowers,

@@ -15,7 +15,8 @@ enum class CriterionKind : std::uint8_t {
   converged,
   r2,
   max_abs_error,
-  input_noise,  ///< share of the residual's power that the noise of the measured input makes
+  input_noise,   ///< share of the residual's power that the noise of the measured input makes
+  between_rows,  ///< error of straight lines between the rows of the input, over the model's
   residual_input,
   residual_whiteness,
   nonlinearity,     ///< of the residual, see nonlinear_effects()

@@ -240,7 +240,9 @@ struct ValidationReport {
   std::optional<double> map_error = {};
   std::optional<InputLevels> input_levels = {};  ///< none if the input takes more than two values
   std::optional<SensorStep> sensor_step = {};    ///< none where rounding makes little of the residual
-  std::optional<InputNoise> input_noise = {};    ///< none where the input has none, or the residual speaks against it
+  /// Of an input that is taken as straight between its rows, see curves_between_rows(); none of another.
+  std::optional<double> between_rows = {};
+  std::optional<InputNoise> input_noise = {};  ///< none where the input has none, or the residual speaks against it
   /// R2 of the faster motion, see r2_of_faster_percent() [%]; none where the samples are too few.
   std::optional<double> faster_r2_percent = {};
 };

@@ -231,10 +231,11 @@ NonlinearityTest read_nonlinearity(const Node& node) {
 
 ValidationReport read_validation(const Node& node) {
   std::vector<std::string_view> keys{
-      "r2_percent",        "mse",         "fit_percent", "error_min",         "error_max",
-      "samples",           "acf",         "ccf",         "residual_tests",    "extrapolated_percent",
-      "saturated_percent", "end_stop",    "jump",        "excitation_order",  "input_levels",
-      "map_error",         "input_noise", "sensor_step", "faster_r2_percent", "offset_reestimated"};
+      "r2_percent",        "mse",         "fit_percent", "error_min",        "error_max",
+      "samples",           "acf",         "ccf",         "residual_tests",   "extrapolated_percent",
+      "saturated_percent", "end_stop",    "jump",        "excitation_order", "input_levels",
+      "map_error",         "input_noise", "sensor_step", "between_rows",     "faster_r2_percent",
+      "offset_reestimated"};
   for (const NamedStatistic& statistic : kValidationStatistics) keys.push_back(statistic.name);
   const Node object = node.object(keys);
   ValidationReport report;
@@ -293,6 +294,7 @@ ValidationReport read_validation(const Node& node) {
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());
+  if (object.has("between_rows")) object.read("between_rows", report.between_rows.emplace());
   if (object.has("sensor_step")) object.read("sensor_step", report.sensor_step.emplace().step);
   if (object.has("input_noise")) {
     const Node noise = object.at("input_noise").object({"rms", "in_output", "share", "attenuation", "step"});

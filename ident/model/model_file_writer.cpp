@@ -158,6 +158,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (report.map_error) object["map_error"] = *report.map_error;
+  if (report.between_rows) object["between_rows"] = *report.between_rows;
   if (report.sensor_step) object["sensor_step"] = report.sensor_step->step;
   if (const auto& noise = report.input_noise) {
     object["input_noise"] = {{"rms", noise->rms},

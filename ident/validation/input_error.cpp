@@ -289,6 +289,21 @@ std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnReco
   return found.share >= kShownShare && found.share <= kMostShare ? std::optional(found) : std::nullopt;
 }
 
+std::optional<double> curves_between_rows(const Model& model, OutputOnRecord& outputs) {
+  const Record& record = outputs.record();
+  if (record.parts == 1 || grows(model.transfer_function)) return std::nullopt;
+  Record rows;
+  rows.output = rows.input = recorded_input(record);
+  const Eigen::VectorXd change = through_map(model, in_parts(rows, Intersample::smooth).input) -
+                                 through_map(model, in_parts(rows, Intersample::straight).input);
+  const Eigen::VectorXd made = outputs.measured_rows().of(outputs.response(model.transfer_function, change));
+  // A plant that integrates adds up the least mean, which is no error of the lines.
+  const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(made.size(), -1.0, 1.0);
+  const Eigen::VectorXd about = made.array() - made.mean();
+  return std::sqrt((about - line * (line.dot(about) / line.squaredNorm())).squaredNorm() /
+                   static_cast<double>(made.size()));
+}
+
 Eigen::MatrixXd guessed_switches(const Model& model, OutputOnRecord& outputs, Eigen::Index first,
                                  const Eigen::Ref<const Eigen::VectorXd>& residual) {
   const Eigen::Index rows = static_cast<Eigen::Index>(outputs.comparison().count) - first;

@@ -20,6 +20,9 @@ namespace eha::ident {
 /// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N log N).
 [[nodiscard]] double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
 
+/// The same of any signal, as of an output. [its unit]
+[[nodiscard]] inline double white_noise(const Eigen::Ref<const Eigen::VectorXd>& signal) { return input_noise(signal); }
+
 /// The same of an input as rough as its noise, too, up to 0.72 of its spread: excitation that is rough in itself
 /// has no flat spectrum towards the highest frequencies. Only what a plant makes of the input tells whether it is noise
 /// of the measurement. Cost O(N log N).
@@ -66,6 +69,11 @@ namespace eha::ident {
 [[nodiscard]] std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnRecord& outputs,
                                                               const SignalFacts& facts,
                                                               const Eigen::VectorXd& residual);
+
+/// What cubics through the rows of an input that is taken as straight between them change of the model's output, rms
+/// [output unit]. A signal that was sampled lies nearer to them than to the lines.
+/// @returns none of an input that is held, or where the model grows. Cost: a simulation.
+[[nodiscard]] std::optional<double> curves_between_rows(const Model& model, OutputOnRecord& outputs);
 
 /// What a switch of the input may leave in the output that lies elsewhere in a gap than the straight line drawn across
 /// it: for each gap of the record whose input is such a line G times a pulse there, of the standard deviation of a

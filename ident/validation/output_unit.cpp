@@ -93,6 +93,7 @@ Model in_output_unit(Model model, const std::string& unit, double factor) {
       if (stop->other) stop->other->level *= factor;
     }
     if (validation->sensor_step) validation->sensor_step->step *= factor;
+    if (validation->between_rows) *validation->between_rows *= factor;
     if (validation->input_noise) validation->input_noise->in_output *= factor;
     if (validation->jump) {
       validation->jump->change *= factor;

@@ -26,7 +26,7 @@ namespace {
 using Kind = CriterionKind;
 
 constexpr std::string_view kMeasureTheValve =
-    "measure the valve, whose sheet tells a leak from friction (`eha characterise`)";
+    "measure the valve (`eha characterise`): a sheet that shows no leak leaves friction or a curved gain";
 
 }  // namespace
 
@@ -188,8 +188,8 @@ std::string Reasons::remedy() const {
   if (is_in_loop()) return "record with the loop open";
   if (!verdict_.explained_by.empty()) {
     return fmt::format(
-        "{}, which is accepted too, leaves nothing over that the input moves: take it where "
-        "this matters",
+        "{}, which is accepted too, leaves nothing over that the tests show the input to move: take it where this "
+        "matters",
         verdict_.explained_by);
   }
   if (may_lack_dead_time()) {
@@ -228,12 +228,14 @@ std::string Reasons::advice_on_amplitudes() const {
   if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
   if (is_less_beside_larger_motions()) {
     const std::string_view effects = test.kind == NonlinearKind::level ? "dead band and friction" : "friction and play";
+    const bool may_be_rate = test.kind == NonlinearKind::direction || test.or_kind == NonlinearKind::direction;
     const auto full = model_.provenance.find(kAtCommandLimit);
     if (full != model_.provenance.end()) {
       return fmt::format("reduce {} on the rig, as larger amplitudes have no room: {}", effects, full->second);
     }
     return asks_for_smaller_amplitudes() ? fmt::format("reduce {} on the rig", effects)
-                                         : fmt::format("record larger amplitudes, beside which {} are small", effects);
+                                         : fmt::format("record larger amplitudes, beside which {} are small{}", effects,
+                                                       may_be_rate ? " and a limited rate is great" : "");
   }
   if (*kind == NonlinearKind::position && !test.or_kind) return "record a smaller travel";
   if (test.gain == GainTrend::falls) {

@@ -126,11 +126,13 @@ bool rings_between_rows(const Model& model) {
   });
 }
 
-bool is_blurred(const Model& model) { return model.verdict && fails_any(*model.verdict, {CriterionKind::input_noise}); }
+bool is_blurred(const Model& model) {
+  return model.verdict && fails_any(*model.verdict, {CriterionKind::input_noise, CriterionKind::between_rows});
+}
 
-/// Whether noise of the measured input makes all that a model without a map and without estimated orders leaves over: a
-/// map or an order then takes that noise in.
-bool takes_in_input_noise(const Models& all, const Model& model) {
+/// Whether noise of the measured input, or its way between the rows, makes what a model without a map and without
+/// estimated orders leaves over: a map or an order then takes that in.
+bool takes_in_input_error(const Models& all, const Model& model) {
   return (model.input_map || has_estimated_order(model)) && std::any_of(all.begin(), all.end(), [](const Model* other) {
            return is_blurred(*other) && !other->input_map && !has_estimated_order(*other);
          });
@@ -143,7 +145,7 @@ bool may_be_picked(const Models& all, const Model& model) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
   }
-  if (takes_in_input_noise(all, model)) return false;
+  if (takes_in_input_error(all, model)) return false;
   // What a controller makes of noise bends a map as no valve does.
   if (model.input_map && model.provenance.contains(kLoopOfRecord)) return false;
   if (rings_between_rows(model)) {
@@ -295,7 +297,8 @@ std::string without_input_in_residual(const Model& picked, const Models& all) {
   const Model* other = explaining(picked, all);
   return other == nullptr
              ? std::string()
-             : fmt::format("; of the accepted ones {} leaves nothing over that the input moves", other->name);
+             : fmt::format("; of the accepted ones {} leaves nothing over that the tests show the input to move",
+                           other->name);
 }
 
 /// The word of a rejected model's verdict beside the picked one.
@@ -367,7 +370,7 @@ std::string why_not(const Model& model, const Models& all, const Models& order) 
   }
   if (takes_in_a_drift(model)) return "it takes a drift for the plant";
   if (rings_between_rows(model)) return "its pair of poles lies at half the rate of the rows, where none shows";
-  if (takes_in_input_noise(all, model)) return "its map or its orders take in the noise of the measured input";
+  if (takes_in_input_error(all, model)) return "its map or its orders take in the error of the recorded input";
   if (!may_be_picked(all, model)) {
     return is_whole_in_effect(model)
                ? std::string("its estimated orders are whole for any use")

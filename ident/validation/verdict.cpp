@@ -24,10 +24,11 @@ constexpr double kResidualLevel = 0.01;  // of each residual test
 constexpr double kCloseFit_percent = 95.0;
 constexpr double kExactFit_percent = 99.9;  // what is left is small beside every use, whatever it is a multiple of
 constexpr double kMostError_percent = 5.0;  // of the output's standard deviation
-constexpr double kMostInputNoise_percent = 10.0;  // of the residual's power
-constexpr double kFewestLevels = 3.0;             // of an input that tells of other amplitudes
-constexpr double kGreatestOrderError = 0.15;      // standard error of a free order
-constexpr double kLeastRise = 10.0;               // of AR-BIC, without an order's term
+constexpr double kMostBetweenRows_percent = 30.0;  // of the residual's rms
+constexpr double kMostInputNoise_percent = 10.0;   // of the residual's power
+constexpr double kFewestLevels = 3.0;              // of an input that tells of other amplitudes
+constexpr double kGreatestOrderError = 0.15;       // standard error of a free order
+constexpr double kLeastRise = 10.0;                // of AR-BIC, without an order's term
 // A valve that acts to one side has a ratio of 0, to which noise may give a sign.
 constexpr double kLeastGainRatio = -0.05;
 constexpr double kMostExtrapolated_percent = 5.0;
@@ -176,12 +177,18 @@ bool stands_at_an_end(const Model& model) {
 
 void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
   const ValidationReport& validation = *model.validation;
+  const double between_percent =
+      validation.between_rows ? 100.0 * *validation.between_rows / std::sqrt(validation.score.mse) : 0.0;
+  const bool is_coarse = between_percent > kMostBetweenRows_percent;
+  if (validation.between_rows) {
+    judgement.criterion(Kind::between_rows, between_percent, kMostBetweenRows_percent, !is_coarse);
+  }
   if (const auto& noise = validation.input_noise) {
     // Noise that did not reach the plant is in the input and in what is left over: the tests would find a part of the
     // plant, or a bend of it, in that.
     const double share = 100.0 * noise->share;
     judgement.criterion(Kind::input_noise, share, kMostInputNoise_percent, share <= kMostInputNoise_percent);
-  } else {
+  } else if (!is_coarse) {  // the tests would find a part of the plant in what curves leave over, too
     judge_tests(validation, model.provenance.contains(kLoopOfRecord), judgement);
   }
   if (const auto& levels = validation.input_levels) {

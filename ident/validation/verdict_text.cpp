@@ -43,7 +43,8 @@ std::vector<std::string> Reasons::all() {
   const bool is_of_another_plant = std::any_of(verdict_.criteria.begin(), verdict_.criteria.end(), [](const auto& c) {
     return c.kind == Kind::error_over_refit && has_failed(c);
   });
-  about({Kind::error_over_refit, Kind::slow_pair, Kind::fast_resonance, Kind::r2, Kind::max_abs_error});
+  about({Kind::error_over_refit, Kind::slow_pair, Kind::fast_resonance, Kind::between_rows, Kind::r2,
+         Kind::max_abs_error});
   // A cause stands before the statistics that show it.
   if (!is_of_another_plant) about({Kind::residual_drift});
   about({Kind::error_over_estimating});
@@ -266,6 +267,12 @@ std::string Reasons::failed(const Criterion& c) const {
           error_text(error, model_.output_unit), c.value, error_text(error / c.value, model_.output_unit), c.limit,
           risk, remedy(), where_it_matters());
     }
+    case Kind::between_rows:
+      return fmt::format(
+          "The rows are coarse for this input: where it was a smooth signal, curves through the rows in place of "
+          "straight lines change the output by {} (rms), {} % of the error, so that time constants, dead time and "
+          "dead band are off by more than their intervals; record more rows a second.",
+          error_text(model_.validation->between_rows.value_or(0.0), model_.output_unit), figure_text(c.value));
     case Kind::error_over_refit:
       return fmt::format(
           "It is a model of another plant, or the plant has changed: its error is {:.3g} times that of its structure "

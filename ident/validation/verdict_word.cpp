@@ -19,9 +19,9 @@ bool may_miss_a_part(const Verdict& verdict) {
   using Kind = CriterionKind;
   return std::any_of(verdict.criteria.begin(), verdict.criteria.end(), [](const Criterion& c) {
     const bool is_of_plant = c.kind == Kind::residual_input || c.kind == Kind::nonlinearity ||
-                             c.kind == Kind::input_noise || c.kind == Kind::residual_drift ||
-                             c.kind == Kind::error_over_estimating || c.kind == Kind::error_over_noise ||
-                             c.kind == Kind::far_error_over_noise;
+                             c.kind == Kind::input_noise || c.kind == Kind::between_rows ||
+                             c.kind == Kind::residual_drift || c.kind == Kind::error_over_estimating ||
+                             c.kind == Kind::error_over_noise || c.kind == Kind::far_error_over_noise;
     return is_of_plant && !c.passed;
   });
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
@@ -13,7 +14,7 @@ namespace eha::identify {
 namespace {
 
 /// 60 s of random levels to a lag, 1.8 mm/V and 0.5 s. @param drift  of the output over the record [mm]
-Source lag_with_drift(double drift, int seed) {
+Source lag_with_drift(double drift, std::uint64_t seed) {
   ident::PortableDraw draw(seed);
   Source source;
   source.name = "drift.csv";
@@ -35,7 +36,7 @@ Source lag_with_drift(double drift, int seed) {
 
 TEST(Trend, IsFoundWithAnIntervalThatHoldsIt) {
   int held = 0;
-  for (int seed = 1; seed <= 5; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto trend = trend_of(task_of(lag_with_drift(0.15, seed)));
     ASSERT_TRUE(trend) << "seed " << seed;
     held += std::abs(trend->per_s - 0.15 / 60.0) < trend->half_width ? 1 : 0;
@@ -46,13 +47,13 @@ TEST(Trend, IsFoundWithAnIntervalThatHoldsIt) {
 
 TEST(Trend, IsNoneOfARecordWithoutOne) {
   int found = 0;
-  for (int seed = 1; seed <= 4; ++seed) found += trend_of(task_of(lag_with_drift(0.0, seed))) ? 1 : 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) found += trend_of(task_of(lag_with_drift(0.0, seed))) ? 1 : 0;
   EXPECT_EQ(found, 0);
 }
 
 TEST(Trend, IsTakenOutWhereADriftLeavesNoModel) {
   int taken_out = 0;
-  for (int seed = 1; seed <= 4; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const Source source = lag_with_drift(0.3, seed);
     const Identification found = identify(source, task_of(source), {}, {});
     EXPECT_FALSE(found.recommendation.model.empty()) << "seed " << seed;
@@ -69,7 +70,7 @@ TEST(Trend, IsTakenOutWhereADriftLeavesNoModel) {
 }
 
 TEST(Trend, LeavesASoundRecordAlone) {
-  for (int seed = 1; seed <= 3; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const Source source = lag_with_drift(0.0, seed);
     const Identification found = identify(source, task_of(source), {}, {});
     EXPECT_FALSE(found.recommendation.model.empty()) << "seed " << seed;

@@ -48,6 +48,19 @@ TEST_F(ImportedFile, HasALineOfOneWordBetweenItsHeaderAndItsRows) {
       {}));
 }
 
+TEST_F(ImportedFile, HasItsChannelsNamesInThePreambleAndAboveTheRows) {
+  const auto rows = [](int k) { return fmt::format("{:.4f},{:.5f},{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k)); };
+  const auto path = write("scope.csv", Rig::rows("Sample Interval,1.0E-02,s\nSource,CH1,CH2\nVertical Units,V,mm\n"
+                                                 "Vertical Scale,1.0,0.5\nTime,CH1,CH2\n",
+                                                 rows));
+  Options options;
+  options.input = "CH1";
+  options.output = "CH2";
+  const Imported imported = import_record(path, options);
+  expect_rig(imported);
+  EXPECT_NE(imported.guess.find("Time"), std::string::npos) << imported.guess;
+}
+
 TEST_F(ImportedFile, HasASetPointBesideSoThatItsLoopWasClosed) {
   const auto rows = [](int k) {
     return fmt::format("{:.4f};{:.5f};{:.5f};{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k), Rig::place(k) + 0.3);

@@ -128,7 +128,10 @@ Rod stepped(const std::function<double(std::size_t)>& input, double pole, double
 
 TEST(LoneRows, AreNoneOfAPlantThatAnswersSteps) {
   const auto pulses = [](std::size_t k) { return k % 104 < 4 ? 1.0 + 0.5 * static_cast<double>(k / 104 % 3) : 0.0; };
-  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  const auto levels = [](std::size_t k) {
+    const std::size_t level = k / 50;
+    return std::sin(2.7 * static_cast<double>(level) + 1.0);
+  };
   for (double pole = 0.0; pole < 0.95; pole += 0.02) {
     const Rod lag = stepped(pulses, pole, 0.0, 0.0);
     EXPECT_TRUE(lone_rows(lag.input, lag.output).empty()) << "a lag after pulses of four rows, pole " << pole;
@@ -157,14 +160,20 @@ TEST(LoneRows, AreNoneInTheNoiseBeforeASensorFroze) {
 }
 
 TEST(LoneRows, AreFoundBesideStepsThatDoNotMoveTheRodSoFar) {
-  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  const auto levels = [](std::size_t k) {
+    const std::size_t level = k / 50;
+    return std::sin(2.7 * static_cast<double>(level) + 1.0);
+  };
   Rod r = stepped(levels, 0.9, 0.0, 0.0);
   for (const std::size_t k : {702U, 1830U, 1831U, 2525U}) r.output[k] = 60.0;
   EXPECT_EQ(lone_rows(r.input, r.output), (std::vector<std::size_t>{702, 1830, 1831, 2525}));
 }
 
 TEST(LoneRows, AreFoundAtSomeStepsBesideMany) {
-  const auto levels = [](std::size_t k) { return std::sin(2.7 * static_cast<double>(k / 50) + 1.0); };
+  const auto levels = [](std::size_t k) {
+    const std::size_t level = k / 50;
+    return std::sin(2.7 * static_cast<double>(level) + 1.0);
+  };
   Rod r = stepped(levels, 0.9, 0.0, 0.0);
   std::vector<std::size_t> disturbed;
   for (const std::size_t step : {700U, 1450U, 2500U}) {

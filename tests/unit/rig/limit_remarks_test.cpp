@@ -65,7 +65,7 @@ TEST(LimitRemarks, SayThatTheSafeVoltageMovesTheRod) {
   // null -0.2 V, half dead band 0.2 V with 0.05 V to spare, half gains of 0.074 and 0.065 in/(V s)
   expect(at(2.0), "limits.safe_V = 2 V is 2.2 V from the valve's null");
   expect(at(2.0), "about 0.3 in/s (7.7 mm/s)");
-  expect(at(2.0), "set -0.2, the null");
+  expect(at(2.0), "measure the valve (`eha characterise`) before you believe that -0.2 is the null and set it");
   expect(at(-2.4), "about 0.27 in/s (6.8 mm/s)");
   EXPECT_EQ(at(-0.4), "");
   const auto unknown = [](double safe_V) {

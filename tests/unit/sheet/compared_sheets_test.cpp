@@ -75,7 +75,7 @@ TEST(ComparedSheets, NameWhatHasChangedOnceAndHowSureThatIs) {
   RunSheet after = before;
   after.sheet.gain_positive_in_per_V_s.value *= 0.9;
   const ComparedSheets compared = compare_sheets({before, after, after}, DisplayUnit("mm"));
-  EXPECT_EQ(compared.heading, "The valve has changed: gain extending");
+  EXPECT_EQ(compared.heading, "The sheet has changed: gain extending");
   EXPECT_EQ(compared.sentences.back(), "At most 1 % false alarms for all quantities and sheets together.");
   EXPECT_EQ(to_json(compared).at("false_alarm"), 0.01);
 }

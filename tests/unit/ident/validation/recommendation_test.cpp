@@ -258,7 +258,7 @@ TEST(Recommendation, NamesTheModelThatLeavesNothingOverThatTheInputMoves) {
     model.verdict = judge(model, {});
     return model;
   };
-  const std::string named = "; of the accepted ones io3 leaves nothing over that the input moves";
+  const std::string named = "; of the accepted ones io3 leaves nothing over that the tests show the input to move";
   EXPECT_NE(recommended({with_p("io", -100.0, 1e-9), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
   EXPECT_EQ(recommended({with_p("io", -100.0, 0.1), with_p("io3", -95.0, 0.5)}).reason.find(named), std::string::npos);
   EXPECT_EQ(recommended({with_p("io", -100.0, 1e-9), with_p("io3", -95.0, 0.5, 3.0)}).reason.find(named),
