@@ -72,12 +72,16 @@ Remark remark_on_valve(const Subject& subject, const ident::Model& model) {
   const bool misses = model.verdict && may_miss_a_part(*model.verdict);
   if (rarer_percent < kRareSide_percent) {
     remark.to_do = "The input was rarely on one side of the dead band: record with an offset_V near the null.";
-  } else if (shift || misses) {
-    remark.to_do = fmt::format(
-        "Compensate nothing by these numbers{}: for a controller take null and dead band of the valve sheet (`eha "
+  } else if (shift) {
+    remark.to_do =
+        "Compensate nothing by these numbers: for a controller take null and dead band of the valve sheet (`eha "
         "characterise`), or of [following] in the rig file where it is from a sheet; eha tune takes them with its "
-        "option --sheet.",
-        shift ? "" : ", which what the model may miss, as friction or a leak, shifts by more than their intervals say");
+        "option --sheet.";
+  } else if (misses) {
+    remark.to_do =
+        "What the model may miss, as friction or a leak, shifts these numbers by more than their intervals say, so "
+        "that a controller that compensates by them leaves a part of the dead band, or rings in it. Those of the valve "
+        "sheet (`eha characterise`) are better: eha tune takes them with its option --sheet.";
   } else {
     remark.to_do =
         fmt::format("A controller can compensate it: add {} {} to a positive and {} {} to a negative command.",

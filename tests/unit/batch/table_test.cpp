@@ -239,6 +239,27 @@ TEST(BatchTable, NamesEachRecordThatItDoesNotCompare) {
   EXPECT_EQ(html.find("No record lies apart"), std::string::npos);
 }
 
+TEST(BatchTable, NamesARecordWhoseModelLacksAParameterThatTheOthersHave) {
+  const test::TemporaryFolder folder;
+  Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152, 0.150}, {}, folder.path());
+  EXPECT_TRUE(not_compared(table.rows, "io_valve").empty());
+  const Json lag = {{"name", "a2"},     {"value", 0.006},   {"std", 0.0005},
+                    {"lower95", 0.005}, {"upper95", 0.007}, {"fixed", false}};
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    Json& parameters = table.rows[i].fit["models"][0]["parameters"];
+    parameters.push_back(lag);
+    if (i == 3) parameters.back()["name"] = "delay_s";
+  }
+  const std::vector<NotCompared> left_out = not_compared(table.rows, "io_valve");
+  ASSERT_EQ(left_out.size(), 1U);
+  EXPECT_EQ(left_out.front().row, 3U);
+  EXPECT_TRUE(left_out.front().in_part);
+  EXPECT_EQ(left_out.front().reason, "its io_valve has delay_s in place of a2");
+  const std::string html = page_of(table).html;
+  EXPECT_NE(html.find("0004 is compared in part, so it may be the one that changed"), std::string::npos);
+  EXPECT_EQ(html.find("No record lies apart"), std::string::npos);
+}
+
 TEST(BatchTable, DrawsTheIntervalsByWhichItCompares) {
   const test::TemporaryFolder folder;
   const Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152, 0.150, 0.151, 0.3}, {}, folder.path());

@@ -154,6 +154,36 @@ TEST(InputTrial, FindsExchangedColumnsOfARodWithADeadBand) {
   EXPECT_EQ(found.mended_input, "--input 3 --output 2");
 }
 
+TEST(InputTrial, FindsExchangedColumnsBesideNoiseOfTheSensorThatLooksLikeThatOfAnInput) {
+  const VectorXd command = tones(3.0);
+  for (const double noise : {0.02, 0.05, 0.1}) {
+    VectorXd output(kRows);
+    ident::PortableDraw draw(12);
+    double place = 75.0;
+    double speed = 0.0;
+    for (Index k = 0; k < kRows; ++k) {
+      output[k] = place + noise * draw.normal();
+      speed += (1.0 - std::exp(-kRow_s / 0.03)) * (12.0 * command[k] - speed);
+      place += kRow_s * speed;
+    }
+    const Source exchanged = record_of(output, command);
+    EXPECT_EQ(identify(exchanged, task_of(exchanged), {}, {}).mended_input, "--input 3 --output 2") << noise;
+  }
+}
+
+TEST(InputTrial, SaysThatAnInputStandsAtItsEndsWhereNoTrialTellsWhetherALoggerCutItOff) {
+  const VectorXd command = tones(4.0);
+  const VectorXd limited = command.cwiseMax(-0.9).cwiseMin(0.7);  // no cubic goes on over so many rows
+  const Identification cut = fitted(record_of(limited, rod(command)));
+  const auto says = [](const Identification& found) {
+    return std::any_of(found.warnings.begin(), found.warnings.end(), [](const std::string& warning) {
+      return warning.starts_with("the input stands exactly at -0.9 or 0.7 V for ");
+    });
+  };
+  EXPECT_TRUE(says(cut)) << first_reason(cut);
+  EXPECT_FALSE(says(fitted(record_of(command, rod(command)))));
+}
+
 TEST(InputTrial, TellsExchangedColumnsFromAnInputThatComesLate) {
   const VectorXd command = tones(3.0);
   VectorXd output(kRows);

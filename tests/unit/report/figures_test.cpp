@@ -156,6 +156,13 @@ TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
   after.change->parameters.front().changed = true;
   EXPECT_TRUE(outcome({.label = "base", .model = model}, after).starts_with("The plant changed: half"))
       << "a leak changes no gain";
+  ComparedSubject third = after;
+  third.label = "third";
+  const ComparedSubject alike{.label = "fourth", .model = model};
+  const std::string all = outcome_of_all({{.label = "base", .model = model}, after, third, alike});
+  EXPECT_EQ(all.rfind("after: The plant changed: half", 0), 0U) << all;
+  EXPECT_NE(all.find("; third: The plant changed: half"), std::string::npos) << "each that changed: " << all;
+  EXPECT_EQ(all.find("fourth"), std::string::npos) << all;
 }
 
 TEST(ComparisonPage, BlamesTheModelsAndNotTheRigWhereTheyAreOfOneRecord) {

@@ -211,6 +211,9 @@ TEST(SeenValve, LeavesOutTheLesserOfTwoChangesThatLittleMotionGives) {
   const SeenValve seen{-0.139, 0.302, 0.148, 0.131, 0.02, 0.01};
   EXPECT_EQ(changes_of(seen, map, {}), std::vector<std::string>{"half dead band 0.302 V instead of 0.151 V"});
   EXPECT_EQ(changes_of({-0.6, 0.302, 0.148, 0.131, 0.02, 0.01}, map, {}).size(), 2U) << "both are clear";
+  EXPECT_TRUE(changes_of({-0.169, 0.131, 0.148, 0.131, 0.01, 0.01}, map, {}).empty()) << "a few moves tell little";
+  EXPECT_EQ(changes_of({-0.2, 0.151, 0.12, 0.131, 0.01, 0.01, 0.01}, map, {}).size(), 1U);
+  EXPECT_TRUE(changes_of({-0.2, 0.151, 0.12, 0.131, 0.01, 0.01, 0.1}, map, {}).empty());
 }
 
 TEST_F(Track, StopsALoopThatOscillates) {

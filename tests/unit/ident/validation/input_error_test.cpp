@@ -10,6 +10,7 @@
 #include <random>
 
 #include "ident/estimation/fit.hpp"
+#include "ident/signal/intersample.hpp"
 #include "ident/structure/structures.hpp"
 #include "ident/validation/verdict.hpp"
 #include "tests/unit/ident/synthetic_record.hpp"
@@ -224,6 +225,39 @@ TEST(CoarseInput, IsNamedInPlaceOfFeedbackOrFriction) {
     record.output = simulate(model, record.input, record.step_s);
     for (double& y : record.output) y += 0.002 * normal(draw);
     EXPECT_FALSE(validate(model, record, {}).input_noise) << seed;
+  }
+}
+
+TEST(BetweenRows, AreStraightLinesTooCoarseForASmoothInputOfFewRowsAPeriod) {
+  for (const int every : {1, 5}) {
+    // 0.6 and 1.7 Hz, every 10 and 50 ms
+    Record fine;
+    fine.step_s = 0.001;
+    fine.input.resize(60000);
+    for (Eigen::Index k = 0; k < fine.input.size(); ++k) {
+      const double t = fine.step_s * static_cast<double>(k);
+      fine.input[k] = std::sin(2.0 * std::numbers::pi * 0.6 * t) + std::sin(2.0 * std::numbers::pi * 1.7 * t + 1.0);
+    }
+    Model model = lag_model();
+    fine.output = simulate(model, fine.input, fine.step_s);
+    Record rows;
+    rows.step_s = 0.01 * every;
+    const Eigen::Index apart = 10 * every;
+    rows.input = fine.input(Eigen::seq(0, Eigen::last, apart));
+    rows.output = fine.output(Eigen::seq(0, Eigen::last, apart));
+    std::mt19937_64 draw(5);
+    for (double& y : rows.output) y += 0.01 * normal(draw);
+    FitOptions options;
+    options.decimation = kPartsOfARow;
+    model.validation = validate(model, in_parts(rows, Intersample::straight), options);
+    ASSERT_TRUE(model.validation->between_rows);
+    const Verdict verdict = judge(model, {});
+    EXPECT_EQ(fails_any(verdict, {CriterionKind::between_rows}), every == 5) << *model.validation->between_rows;
+    const bool says = std::any_of(verdict.reasons.begin(), verdict.reasons.end(), [](const std::string& reason) {
+      return reason.starts_with("The rows are coarse for this input: ");
+    });
+    EXPECT_EQ(says, every == 5);
+    EXPECT_FALSE(validate(model, rows, {}).between_rows) << "of an input that is held";
   }
 }
 
