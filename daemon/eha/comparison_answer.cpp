@@ -192,8 +192,9 @@ class RunsAnswer {
     if (!leak_.empty()) {
       subject.map_cause = run.bent_map && !explains ? report::MapCause::leak_and_valve : report::MapCause::leak;
     }
-    const bool is_bent_by_leak = explains && !is_tight_by_sheet(sources_[run.bent_map->is_first ? 0 : i]);
-    if (explains && leak_.empty()) {
+    const bool is_tight = explains && is_tight_by_sheet(sources_[run.bent_map->is_first ? 0 : i]);
+    const bool is_bent_by_leak = explains && !is_tight && run.bent_map->appeared;
+    if (explains && leak_.empty() && (is_tight || is_bent_by_leak)) {
       subject.map_cause = is_bent_by_leak ? report::MapCause::leak : report::MapCause::friction;
     }
     // Of two runs the first line says it.
@@ -223,10 +224,13 @@ class RunsAnswer {
     if (explains && leak_.empty()) {
       const std::string bent = fmt::format(
           "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
-          "valve's, so that {} alone explains their change and the valve may be the same; {}",
+          "valve's, so that {} and the valve may be the same; {}",
           titles_[run.bent_map->is_first ? 0 : i],
-          is_bent_by_leak ? "as where oil leaks past the piston" : "and by the valve sheet too slowly for a leak",
-          run.bent_map->shift, model.input_unit, is_bent_by_leak ? "a leak" : "dry friction",
+          is_tight ? "and by the valve sheet too slowly for a leak" : "as where oil leaks past the piston",
+          run.bent_map->shift, model.input_unit,
+          is_bent_by_leak ? "a leak alone explains their change"
+          : is_tight      ? "dry friction alone explains their change"
+                          : "friction or a leak alone may explain their change, where they are other ones now,",
           is_bent_by_leak
               ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"
               : "two valve sheets (`eha characterise`) compare the valve alone");

@@ -72,6 +72,9 @@ FoundValve valve_of_model(const ident::Model& model, const std::string& name, co
           .note = ident::map_note(model)};
 }
 
+namespace {
+
+/// Whether the newest sheet beside a run has the null and dead band of a model, so that its map is not off the valve's.
 bool sheet_confirms(const ident::Model& model, const fs::path& run) {
   if (run.empty() || !model.input_map) return false;
   try {
@@ -82,6 +85,8 @@ bool sheet_confirms(const ident::Model& model, const fs::path& run) {
     return false;
   }
 }
+
+}  // namespace
 
 void say_map_note(const ident::Model& model, const fs::path& run, const Console& console) {
   if (sheet_confirms(model, run)) return;

@@ -45,10 +45,6 @@ bool warn_if_following_differs(const config::RigConfig& rig, const FoundValve& f
 /// Warns of the leak that the newest valve sheet beside a run shows. @returns whether there is one
 bool warn_of_leak(const std::filesystem::path& run, const Console& console, const std::string& units);
 
-/// Whether the newest sheet beside a run has the null and dead band of a model, so that its map is not off the valve's.
-/// @param run  empty, or none: no
-[[nodiscard]] bool sheet_confirms(const ident::Model& model, const std::filesystem::path& run);
-
 /// Says what the error of the map of a model means, with the model's name; nothing where the map fits, or where the
 /// newest valve sheet beside the run has the same null and dead band.
 /// @param run  of its record; empty: it is of none

@@ -16,7 +16,6 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "daemon/eha/equation.hpp"
-#include "daemon/eha/following_warning.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_list.hpp"
 #include "daemon/eha/terminal_table.hpp"
@@ -24,6 +23,7 @@
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
+#include "daemon/record/sheet_beside.hpp"
 #include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
@@ -190,8 +190,14 @@ std::string map_caution(const Model& model) {
     return (p.role == Role::valve_null || p.role == Role::dead_band) && !p.fixed && p.upper95 > p.lower95;
   });
   if (!has_interval || model.input_unit != "V" || ident::unfound_dead_band(model)) return {};
-  if (const std::string record = record_of(model); record::is_run_folder(record) && sheet_confirms(model, record)) {
-    return "null and dead band are those of the newest valve sheet beside the run, within its errors";
+  if (const std::string run = record_of(model); record::is_run_folder(run)) {
+    const record::SheetBeside sheet = record::sheet_beside(run);
+    if (sheet.valve && !sheet.leak && sheet.valve->is_one_with(model.input_map->null, model.input_map->dead_band)) {
+      return fmt::format(
+          "the newest valve sheet beside the run has a null of {:.4f} V and a half dead band of {:.4f} V: take those "
+          "for the valve's",
+          sheet.valve->zone.null_V, sheet.valve->zone.dead_band_V);
+    }
   }
   if (const std::optional<double> shift = ident::noted_shift(model); shift && !ident::is_one_way(*model.input_map)) {
     const auto& test = model.validation->tests ? model.validation->tests->nonlinearity : std::nullopt;

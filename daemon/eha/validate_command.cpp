@@ -32,6 +32,7 @@
 #include "ident/fractional/stability.hpp"
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
+#include "ident/model/record_start.hpp"
 #include "ident/validation/lags_note.hpp"
 #include "ident/validation/output_unit.hpp"
 #include "ident/validation/record_findings.hpp"
@@ -331,6 +332,12 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const auto input = !importer::says_how_to_read(command.import)
                          ? input_words_of_record(command.source, model.input_unit)
                          : std::nullopt;
+  if (input && !ident::comes_to_rest(model) && !model.grey_box) {
+    console.info(fmt::format(
+        "the simulated output begins at {:.4g}{}, where the model's record began; beside an output that begins "
+        "elsewhere it is off by that throughout",
+        model.initial_output, ident::after_number(model.output_unit)));
+  }
   console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
                                 shell_word(free_name("output.csv"))));
   return ExitCode::ok;

@@ -68,11 +68,15 @@ double error_on(const ident::Model& model, const Source& source, const ident::Fi
   return std::sqrt(report.offset_reestimated.value_or(report.score).mse);
 }
 
+ident::Model with_report(ident::Model model, const ident::ValidationReport& own) {
+  model.validation = own;
+  return model;
+}
+
 /// How far null and dead band of a model may be off the valve's; none where its map fits its own record.
 /// @param own  its validation on that record
-std::optional<double> shift_on(ident::Model model, const ident::ValidationReport& own) {
-  model.validation = own;
-  return ident::noted_shift(model);
+std::optional<double> shift_on(const ident::Model& model, const ident::ValidationReport& own) {
+  return ident::noted_shift(with_report(model, own));
 }
 
 /// A jump of the error of a model on its own record; none where there is none. @param step_s  of the compared samples
@@ -339,7 +343,11 @@ std::optional<ComparedRun::BentMap> bent_map(const ident::Model& first_model, co
   const bool is_first = before && (!after || *before > *after);
   const std::optional<double>& greater = is_first ? before : after;
   if (!greater) return std::nullopt;
-  return ComparedRun::BentMap{*greater, is_first, explains_valve(*greater, *run.change)};
+  constexpr double kAppeared = 2.0;
+  const double least =
+      ident::kShiftOverMapError * ident::reported_map_error(with_report(first_model, first.validation));
+  return ComparedRun::BentMap{*greater, is_first, explains_valve(*greater, *run.change),
+                              !is_first && *greater >= kAppeared * std::max(before.value_or(0.0), least)};
 }
 
 /// Why records of different inputs tell nothing where far more is left over of one; empty where no more is.

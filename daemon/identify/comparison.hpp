@@ -43,6 +43,7 @@ struct ComparedRun {
     double shift = 0.0;
     bool is_first = false;
     bool explains = false;
+    bool appeared = false;  ///< on the other run at least twice as great as on the first
   };
   std::optional<BentMap> bent_map = {};
   /// A sudden lasting change of the error of a model on its own record, of one of the two: a sensor that slipped makes

@@ -38,7 +38,7 @@ RunSheet sheet_of_run(const record::OpenRun& opened, SheetRuns runs) {
   const double lost_percent = 100.0 * static_cast<double>(run.record.unmeasured.size()) / rows;
   if (lost_percent > config::kMostLostRows_percent) {
     throw RowsMissing(fmt::format(
-        "{}: no valve sheet: {} of {} rows ({:.3g} %) were not measured, at most {:g} % may be: the computer did "
+        "{}: no valve sheet: {} of {} rows ({:.4g} %) were not measured, at most {:g} % may be: the computer did "
         "not keep the ticks, or the sensor did not deliver. Repeat the run {}; if "
         "rows are lost again, `eha doctor` and `eha latency` say what keeps it busy",
         folder.string(), run.record.unmeasured.size(), run.record.output.size(), lost_percent,
