@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <ctime>
 #include <optional>
+#include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -144,27 +146,52 @@ Wait wait_of(const std::string& waits_for) {
   return {waits_for.substr(0, colon), waits_for.substr(colon + 2)};
 }
 
-std::string queue_table(const Json& entries) {
+namespace {
+
+/// Indices of the entries as they are listed: the last five that are over, by when their runs began, then the others by
+/// their places in the queue. One that was refused stands behind the latest run of a lower number.
+std::vector<std::size_t> listed(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
+  std::vector<std::pair<std::string, std::size_t>> over;
+  std::vector<std::size_t> others;
+  std::string latest;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const std::string state = entries[i].at("state");
+    const std::string run = entries[i].value("run", "");
+    latest = std::max(latest, run);
+    if (state == "over") {
+      over.emplace_back(run.empty() ? latest : run, i);
+    } else if (state != "cancelled") {
+      others.push_back(i);
+    }
+  }
+  std::stable_sort(over.begin(), over.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::size_t> all;
+  for (std::size_t i = over.size() - std::min(over.size(), kMostOver); i < over.size(); ++i) {
+    all.push_back(over[i].second);
+  }
+  all.insert(all.end(), others.begin(), others.end());
+  return all;
+}
+
+}  // namespace
+
+std::string queue_table(const Json& entries) {
   constexpr std::size_t kLine = 100;
   constexpr std::size_t kIndent = 8;
   constexpr std::size_t kLongestName = 20;
   constexpr std::size_t kLongestUser = 10;
   std::vector<std::vector<std::string>> rows;
-  std::size_t over = 0;
   const std::vector<std::string> ends = end_times(entries);
-  for (auto entry = entries.rbegin(); entry != entries.rend(); ++entry) {
-    const std::string& end = ends[static_cast<std::size_t>(entries.rend() - entry) - 1];
-    const std::string state = entry->at("state");
-    if (state == "cancelled") continue;
-    if (state == "over" && ++over > kMostOver) continue;
-    const double duration_s = entry->value("only_places", false) ? 0.0 : entry->value("duration_s", 0.0);
-    rows.insert(
-        rows.begin(),
-        {fmt::format("{}{}", state == "running" ? "> " : "", entry->at("entry").get<std::int64_t>()),
-         cut_to_width(entry->value("name", ""), kLongestName), cut_to_width(entry->value("user", ""), kLongestUser),
-         state, duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", end, entry->value("run", ""),
-         result_text(*entry)});
+  for (const std::size_t i : listed(entries)) {
+    const Json& entry = entries[i];
+    const std::string state = entry.at("state");
+    const double duration_s = entry.value("only_places", false) ? 0.0 : entry.value("duration_s", 0.0);
+    rows.push_back({fmt::format("{}{}", state == "running" ? "> " : "", entry.at("entry").get<std::int64_t>()),
+                    cut_to_width(entry.value("name", ""), kLongestName),
+                    cut_to_width(entry.value("user", ""), kLongestUser), state,
+                    duration_s > 0.0 ? fmt::format("{:.0f}", duration_s) : "-", ends[i], entry.value("run", ""),
+                    result_text(entry)});
   }
   if (rows.empty()) return "no experiments in the queue\n";
   std::vector<Column> columns{{"number", Align::right}, {"experiment"}, {"of"}, {"state"},

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cstdlib>
 #include <ctime>
 #include <sstream>
@@ -87,6 +88,23 @@ TEST(QueueTable, LeavesCancelledOnesOutAndWrapsLongResults) {
   }
   EXPECT_TRUE(whole.starts_with("faulted: " + why + "\n     3  e")) << table;
   EXPECT_NE(table.find("M\xC3\xA4rz"), std::string::npos) << table;
+}
+
+TEST(QueueTable, ListsThoseThatAreOverByWhenTheyWerePlayed) {
+  const auto entry = [](int number, const std::string& state, const std::string& run = "") {
+    return Json{{"entry", number}, {"name", "e"}, {"state", state}, {"run", run}};
+  };
+  // 1 was held for long; 4 was refused, nobody knows when.
+  const std::string table =
+      queue_table({entry(1, "over", "20261125T120000Z-e"), entry(2, "over", "20261125T100000Z-e"), entry(3, "held"),
+                   entry(4, "over"), entry(5, "over", "20261125T101000Z-e"), entry(6, "over", "20261125T102000Z-e"),
+                   entry(7, "over", "20261125T103000Z-e"), entry(8, "over", "20261125T104000Z-e")});
+  std::string numbers;
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() > 6 && line.substr(0, 5) == "     " && std::isdigit(line[5]) != 0) numbers += line[5];
+  }
+  EXPECT_EQ(numbers, "678143") << table;
 }
 
 TEST(QueueTable, FitsAHundredColumnsAndMarksTheOneThatIsPlayed) {
