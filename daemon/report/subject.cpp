@@ -215,7 +215,10 @@ std::optional<double> Subject::trip_s() const {
 }
 
 std::optional<suggest::RigAccess> Subject::access() const {
-  return manifest ? std::optional(suggest::access_of_run(*manifest)) : std::nullopt;
+  if (!manifest) return std::nullopt;
+  suggest::RigAccess rig = suggest::access_of_run(*manifest);
+  if (!folder.empty()) rig.fit = "eha fit " + shell_word(folder);
+  return rig;
 }
 
 std::optional<double> Subject::split_s() const {
