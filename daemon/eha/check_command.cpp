@@ -20,6 +20,7 @@
 #include "daemon/control/client.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/length_argument.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/rehearsal_text.hpp"
