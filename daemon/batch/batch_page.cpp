@@ -262,7 +262,8 @@ std::string lead_of(const Table& table, std::size_t failed, const std::string& n
                                     left_out[i].in_part ? "compared in part" : "not compared", left_out[i].reason));
   }
   if (left_out.size() > kMostNamed) {
-    sentences.push_back(fmt::format("{} more are not compared, see the table.", left_out.size() - kMostNamed));
+    sentences.push_back(
+        fmt::format("{} more are not compared, or in part, see the table.", left_out.size() - kMostNamed));
   }
   if (const std::string others = other_units_text(table); !others.empty()) {
     sentences.push_back(

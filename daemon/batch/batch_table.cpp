@@ -375,6 +375,7 @@ std::map<std::size_t, std::string> lacking_rows(const std::vector<Row>& rows, co
   for (const Parameter& parameter : parameters) {
     for (const Estimate& one : parameter.estimates) all.insert(one.row);
   }
+  if (all.size() < kFewestForOutliers) return {};
   std::map<std::size_t, std::vector<std::string>> lacking;
   std::map<std::size_t, std::vector<std::string>> instead;
   for (const Parameter& parameter : parameters) {

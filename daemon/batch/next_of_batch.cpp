@@ -54,9 +54,14 @@ std::string compare(const BatchFolder& folder, const Table& table, const std::ve
 /// where every one of them has. @param but  not this one
 std::optional<std::size_t> ordinary_row(const Table& table, std::size_t but) {
   std::map<std::size_t, double> furthest;  // of each row, in distances from which on it would be apart
+  const std::vector<NotCompared> left_out = not_compared(table.rows, table.common_model);
+  const auto is_left_out = [&](std::size_t row) {
+    return std::any_of(left_out.begin(), left_out.end(), [&](const NotCompared& one) { return one.row == row; });
+  };
   for (const Parameter& one : parameters_of(table.rows, table.common_model)) {
     for (const Estimate& estimate : one.estimates) {
-      const bool is_out = estimate.row == but || !table.rows[estimate.row].outliers.empty();
+      const bool is_out =
+          estimate.row == but || !table.rows[estimate.row].outliers.empty() || is_left_out(estimate.row);
       if (is_out || !(estimate.half_width > 0.0)) continue;
       double& of_row = furthest[estimate.row];
       of_row = std::max(of_row, std::abs(estimate.value - one.median) / estimate.half_width);

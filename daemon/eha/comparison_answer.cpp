@@ -34,8 +34,12 @@ std::string other_noise(const identify::Source& before, const identify::Source& 
   constexpr double kOther = 1.5;
   const std::string& length = before.record.output_channel.unit;
   if (length != after.record.output_channel.unit) return {};
-  const double from = unit.factor(length) * ident::white_noise(before.record.output);
-  const double to = unit.factor(length) * ident::white_noise(after.record.output);
+  const auto noise_of = [&](const ident::Record& record) {
+    const Eigen::VectorXd rows = record.output(Eigen::seq(0, Eigen::last, record.parts));
+    return unit.factor(length) * ident::white_noise(rows);
+  };
+  const double from = noise_of(before.record);
+  const double to = noise_of(after.record);
   if (!(std::min(from, to) > 0.0) || std::max(from, to) < kOther * std::min(from, to)) return {};
   return fmt::format(
       "the noise of the output from row to row changed by a factor of {}, from {:.3g} to {:.3g}{} (rms): look at the "

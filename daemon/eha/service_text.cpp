@@ -149,7 +149,7 @@ Wait wait_of(const std::string& waits_for) {
 namespace {
 
 /// Indices of the entries as they are listed: the last five that are over, by when their runs began, then the others by
-/// their places in the queue. One that was refused stands behind the latest run of a lower number.
+/// their places in the queue. One that was refused stands before the latest run of a lower number.
 std::vector<std::size_t> listed(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   std::vector<std::pair<std::string, std::size_t>> over;
@@ -165,7 +165,11 @@ std::vector<std::size_t> listed(const Json& entries) {
       others.push_back(i);
     }
   }
-  std::stable_sort(over.begin(), over.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  // At one place those that were refused come first: of them nothing was played.
+  std::stable_sort(over.begin(), over.end(), [&](const auto& a, const auto& b) {
+    const auto has_run = [&](std::size_t i) { return !entries[i].value("run", "").empty(); };
+    return std::pair(a.first, has_run(a.second)) < std::pair(b.first, has_run(b.second));
+  });
   std::vector<std::size_t> all;
   for (std::size_t i = over.size() - std::min(over.size(), kMostOver); i < over.size(); ++i) {
     all.push_back(over[i].second);

@@ -336,7 +336,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     console.info(fmt::format(
         "the simulated output begins at {:.4g}{}, where the model's record began; beside an output that begins "
         "elsewhere it is off by that throughout",
-        model.initial_output, ident::after_number(model.output_unit)));
+        shown_factor * model.initial_output, shown_unit));
   }
   console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
                                 shell_word(free_name("output.csv"))));

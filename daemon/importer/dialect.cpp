@@ -284,15 +284,16 @@ std::optional<std::size_t> first_row(const Reading& reading, bool& are_traces) {
     const auto later = std::find_if(first + 1, end, is_data);
     if (later != end) first = later;
   }
-  // A row of a preamble above the names, "Vertical Scale,1.0,0.5", is none either.
+  // Rows of a preamble above the names, "Vertical Scale,1.0,0.5", are none either.
   const auto is_word = [&](const std::string& field) {
     double ignored = 0.0;
     return parse_number(field, reading.signs, ignored) == NumberKind::none;
   };
-  if (end - first > 2 && is_word(first->fields[0]) && (first + 1)->fields.size() == reading.fields &&
-      !is_data(*(first + 1)) && are_names((first + 1)->fields) && is_data(*(first + 2)) &&
-      !is_word((first + 2)->fields[0])) {
-    first += 2;
+  const auto names =
+      std::find_if_not(first, end, [&](const Line& line) { return is_data(line) && is_word(line.fields[0]); });
+  if (names != first && end - names > 1 && names->fields.size() == reading.fields && !is_data(*names) &&
+      are_names(names->fields) && is_data(*(names + 1)) && !is_word((names + 1)->fields[0])) {
+    first = names + 1;
   }
   // Yokogawa's rows have an empty first field, and the lines above them a word there: "BlockNumber",1,1.
   const auto bare = std::find_if(first, end, [&](const Line& line) { return is_data(line) && line.fields[0].empty(); });

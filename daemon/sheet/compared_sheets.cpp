@@ -19,6 +19,7 @@ namespace {
 
 using ident::Measured;
 
+constexpr const char* kNoiseName = "sensor's noise at rest, rms";
 constexpr double kNoiseShare = 0.2;  // of the noise, its half width: a sheet does not tell from how many rows it is
 
 Measured scaled(const Measured& measured, double factor) {
@@ -47,7 +48,7 @@ std::vector<ComparedQuantity> quantities_of(const ident::ValveSheet& a, const id
                    scaled(*b.creep_in_per_s, factor)});
   }
   const auto noise = [&](double noise_in) { return Measured{factor * noise_in, kNoiseShare * factor * noise_in}; };
-  all.push_back({"sensor's noise at rest, rms", unit.of("in"), noise(a.noise_in), noise(b.noise_in)});
+  all.push_back({kNoiseName, unit.of("in"), noise(a.noise_in), noise(b.noise_in)});
   return all;
 }
 
@@ -101,6 +102,8 @@ ComparedSheets compare_sheets(const std::vector<RunSheet>& sheets, const Display
   }
   if (leak) {
     compared.sentences.push_back(ident::leak_finding(*leak, unit));
+  } else if (changed == std::vector<std::string>{kNoiseName}) {
+    compared.sentences.emplace_back("The noise is the sensor's, not the valve's: look at sensor, wire and shield.");
   } else if (!changed.empty() && are_of_one_rig) {
     compared.sentences.emplace_back(
         "A null moves with the oil's temperature, a gain with the load, with dry friction and with the square root of "

@@ -53,8 +53,14 @@ Eigen::VectorXd through_map(const Model& model, const Eigen::VectorXd& input) {
   return model.input_map ? mapped(*model.input_map, input) : input;
 }
 
+/// rounding_step() of the rows in the middle: enough of them show it, and a sort of all is dear.
+double step_of_codes(const Eigen::Ref<const Eigen::VectorXd>& input) {
+  const Eigen::Index rows = std::min(input.size(), kMostDifferences);
+  return rounding_step(input.segment((input.size() - rows) / 2, rows));
+}
+
 /// The standard deviation of the white noise whose differences of an order are as great as those of the input.
-/// @param step  of rounding_step(): differences of codes are multiples of it, of which a median takes one; spread over
+/// @param step  of step_of_codes(): differences of codes are multiples of it, of which a median takes one; spread over
 ///              it they have a median that follows their spread
 double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int order, double step) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(1);
@@ -67,8 +73,15 @@ double difference_noise(const Eigen::Ref<const Eigen::VectorXd>& input, int orde
   const Eigen::Index every = 1 + input.size() / kMostDifferences;
   std::vector<double> differences;
   for (Eigen::Index k = 0; k + weights.size() <= input.size(); k += every) {
-    const double place = static_cast<double>(k) * (std::numbers::phi - 1.0);
-    differences.push_back(weights.dot(input.segment(k, weights.size())) + step * (place - std::floor(place) - 0.5));
+    differences.push_back(weights.dot(input.segment(k, weights.size())));
+  }
+  const double plain = robust_std(differences) / weights.norm();
+  // Where most differences are 0 there is no noise to be spread.
+  if (!(plain > 0.0) || !(step > 0.0)) return plain;
+  double place = 0.0;
+  for (double& difference : differences) {
+    place += std::numbers::phi - 1.0;
+    difference += step * (place - std::floor(place) - 0.5);
   }
   return robust_std(std::move(differences)) / weights.norm();
 }
@@ -117,7 +130,7 @@ double repetitions(const Eigen::Ref<const Eigen::VectorXd>& input) {
 std::optional<double> white_part(const Eigen::Ref<const Eigen::VectorXd>& input, double most) {
   if (input.size() < kLeastValues) return std::nullopt;
   // Most differences of a held input are its noise, those of a smooth one are not.
-  const double step = rounding_step(input);
+  const double step = step_of_codes(input);
   const double held = difference_noise(input, 1, step);
   const double fourth = difference_noise(input, 4, step);
   const double sixth = difference_noise(input, 6, step);
@@ -125,6 +138,20 @@ std::optional<double> white_part(const Eigen::Ref<const Eigen::VectorXd>& input,
   if (!(sixth > 0.0) || fourth > most * spread) return std::nullopt;
   if (held < kSameNoise * fourth) return held;
   return fourth < kSameNoise * sixth ? std::optional(sixth) : std::nullopt;
+}
+
+/// An input at the recorded rows, in the parts of a record. Behind the last recorded row, where a record was cut, it is
+/// the record's own.
+Eigen::VectorXd between_rows_of(const Record& record, const Eigen::VectorXd& recorded, Intersample way) {
+  if (record.parts == 1) return recorded;
+  Record rows;
+  rows.input = recorded;
+  rows.output = recorded;
+  const Eigen::VectorXd made = in_parts(rows, way).input;
+  Eigen::VectorXd found = record.input;
+  const Eigen::Index known = std::min(found.size(), made.size());
+  found.head(known) = made.head(known);
+  return found;
 }
 
 /// Mean square of the changes over so many rows.
@@ -182,11 +209,11 @@ double error_of_lines(const Record& record) {
 double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input) {
   if (input.size() < kLeastValues) return 0.0;
   const Eigen::Index rows = input.size() - 1;
-  const auto moving = static_cast<double>((input.tail(rows).array() != input.head(rows).array()).count());
+  const double same = kSame * (input.maxCoeff() - input.minCoeff());
+  const auto moving = static_cast<double>(((input.tail(rows) - input.head(rows)).array().abs() > same).count());
   if (moving < kMovingRows * static_cast<double>(rows)) return 0.0;
   Eigen::VectorXd values = input;
   std::sort(values.begin(), values.end());
-  const double same = kSame * (values[rows] - values[0]);
   double step = std::numeric_limits<double>::infinity();
   std::ptrdiff_t count = 1;
   for (Eigen::Index k = 1; k <= rows; ++k) {
@@ -206,7 +233,7 @@ double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
   const double noise = white_part(input, kMostNoise).value_or(0.0);
   if (!(noise > 0.0)) return 0.0;
   // Between the switches of a held input nothing but noise is left.
-  const double step = rounding_step(input);
+  const double step = step_of_codes(input);
   const bool is_held = difference_noise(input, 1, step) < kSameNoise * difference_noise(input, 4, step);
   return is_held || is_flat_above(input) ? noise : 0.0;
 }
@@ -266,19 +293,18 @@ std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnReco
   if (lag < 1 || grows(model.transfer_function)) return std::nullopt;
   const double rms = facts.apparent_input_noise();
   if (!(rms > 0.0)) return std::nullopt;
-  Record noisy;
-  noisy.output = noisy.input = recorded_input(record);
-  const double step = rounding_step(noisy.input);
-  const Eigen::VectorXd recorded = noisy.input;
+  const Eigen::VectorXd recorded = recorded_input(record);
+  const double step = step_of_codes(recorded);
   const Eigen::VectorXd driven = through_map(model, record.input);
   const auto of_model = [&](const Eigen::VectorXd& signal) {
     return outputs.measured_rows().of(outputs.response(model.transfer_function, signal));
   };
   PortableDraw draw(kSeed);
   double made = 0.0;
+  Eigen::VectorXd noisy(recorded.size());
   for (int k = 0; k < kDraws; ++k) {
-    for (Eigen::Index row = 0; row < recorded.size(); ++row) noisy.input[row] = recorded[row] + rms * draw.normal();
-    const Eigen::VectorXd input = record.parts == 1 ? noisy.input : in_parts(noisy, Intersample::straight).input;
+    for (Eigen::Index row = 0; row < recorded.size(); ++row) noisy[row] = recorded[row] + rms * draw.normal();
+    const Eigen::VectorXd input = between_rows_of(record, noisy, Intersample::straight);
     made += power_of_changes(of_model(through_map(model, input) - driven), lag) / kDraws;
   }
   const double left = power_of_changes(residual, lag);
@@ -292,10 +318,8 @@ std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnReco
 std::optional<double> curves_between_rows(const Model& model, OutputOnRecord& outputs) {
   const Record& record = outputs.record();
   if (record.parts == 1 || grows(model.transfer_function)) return std::nullopt;
-  Record rows;
-  rows.output = rows.input = recorded_input(record);
-  const Eigen::VectorXd change = through_map(model, in_parts(rows, Intersample::smooth).input) -
-                                 through_map(model, in_parts(rows, Intersample::straight).input);
+  const Eigen::VectorXd curves = between_rows_of(record, recorded_input(record), Intersample::smooth);
+  const Eigen::VectorXd change = through_map(model, curves) - through_map(model, record.input);
   const Eigen::VectorXd made = outputs.measured_rows().of(outputs.response(model.transfer_function, change));
   // A plant that integrates adds up the least mean, which is no error of the lines.
   const Eigen::VectorXd line = Eigen::VectorXd::LinSpaced(made.size(), -1.0, 1.0);

@@ -17,7 +17,7 @@ namespace eha::ident {
 
 /// Returns the standard deviation of the white noise that the recorded input has in itself [input unit]: of an input
 /// that is held, from the differences within its levels; of a smooth one, from its fourth and sixth differences, which
-/// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N log N).
+/// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N).
 [[nodiscard]] double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
 
 /// The same of any signal, as of an output. [its unit]

@@ -18,7 +18,8 @@ class SignalFacts {
 
   [[nodiscard]] const Record& record() const noexcept { return record_; }
 
-  /// Of the recorded input, as the functions of these names [input unit]; the first as white in the record's rows.
+  /// Of the input, as the functions of these names [input unit]; the first two of the recorded rows, the first as white
+  /// in the record's own.
   [[nodiscard]] double input_error_std() const;
   [[nodiscard]] double apparent_input_noise() const;
   [[nodiscard]] const std::optional<Eigen::VectorXd>& held_levels() const;

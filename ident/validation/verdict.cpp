@@ -177,10 +177,10 @@ bool stands_at_an_end(const Model& model) {
 
 void judge_validation(const Model& model, const RecordFacts& facts, Judgement& judgement) {
   const ValidationReport& validation = *model.validation;
-  const double between_percent =
-      validation.between_rows ? 100.0 * *validation.between_rows / std::sqrt(validation.score.mse) : 0.0;
+  const bool has_lines = validation.between_rows && validation.score.mse > 0.0;
+  const double between_percent = has_lines ? 100.0 * *validation.between_rows / std::sqrt(validation.score.mse) : 0.0;
   const bool is_coarse = between_percent > kMostBetweenRows_percent;
-  if (validation.between_rows) {
+  if (has_lines) {
     judgement.criterion(Kind::between_rows, between_percent, kMostBetweenRows_percent, !is_coarse);
   }
   if (const auto& noise = validation.input_noise) {

@@ -153,11 +153,11 @@ TEST(LongerExperiment, HasGreaterTonesWhereTheVoltsHardlyLeaveTheDeadBand) {
   source.rig_text = eha::test::content_of(EHA_SOURCE_DIR "/config/rigs/sim.toml");
   const auto next = longer_experiment(source);
   ASSERT_TRUE(next);
-  EXPECT_EQ(within_dead_band(source), "the volts went 0.3 V from the valve's null, of which its dead band takes 0.15 V");
+  const std::string reach = "the volts went 0.3 V from the valve's null, of which its dead band takes 0.15 V";
+  EXPECT_EQ(within_dead_band(source), reach);
   EXPECT_EQ(task_of(source).within_dead_band, within_dead_band(source));
   EXPECT_EQ(next->what, "an experiment with greater tones") << "as the report has it";
-  EXPECT_EQ(next->reason.rfind("the volts went 0.3 V from the valve's null, of which its dead band takes 0.15 V", 0), 0U)
-      << next->reason;
+  EXPECT_EQ(next->reason.rfind(reach, 0), 0U) << next->reason;
   const config::RigConfig rig = config::parse_rig(source.rig_text, "rig.toml");
   EXPECT_GT(config::parse_prepared_experiment(next->text, "next.toml", rig).table_V.maxCoeff(), 1.0);
   weak.replace(weak.find("amplitude_V = 0.3"), 17, "amplitude_V = 0.7");

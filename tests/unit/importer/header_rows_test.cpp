@@ -51,7 +51,7 @@ TEST_F(ImportedFile, HasALineOfOneWordBetweenItsHeaderAndItsRows) {
 TEST_F(ImportedFile, HasItsChannelsNamesInThePreambleAndAboveTheRows) {
   const auto rows = [](int k) { return fmt::format("{:.4f},{:.5f},{:.5f}", 0.01 * k, Rig::volts(k), Rig::place(k)); };
   const auto path = write("scope.csv", Rig::rows("Sample Interval,1.0E-02,s\nSource,CH1,CH2\nVertical Units,V,mm\n"
-                                                 "Vertical Scale,1.0,0.5\nTime,CH1,CH2\n",
+                                                 "Vertical Scale,1.0,0.5\nVertical Offset,0.0,0.1\nTime,CH1,CH2\n",
                                                  rows));
   Options options;
   options.input = "CH1";
