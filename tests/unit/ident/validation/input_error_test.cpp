@@ -261,6 +261,35 @@ TEST(BetweenRows, AreStraightLinesTooCoarseForASmoothInputOfFewRowsAPeriod) {
   }
 }
 
+TEST(BetweenRows, OfACutRecordAreReadNoFurtherThanItsEnd) {
+  std::mt19937_64 draw(8);
+  Record rows;
+  rows.step_s = 0.05;
+  rows.input = multisine(draw).head(800);
+  rows.output = simulate(lag_model(), rows.input, rows.step_s);
+  for (double& y : rows.output) y += 0.002 * normal(draw);
+  Record cut = in_parts(rows, Intersample::straight);
+  cut.input.conservativeResize(400 * kPartsOfARow);
+  cut.output.conservativeResize(400 * kPartsOfARow);
+  EXPECT_EQ(recorded_input(cut).size(), 400);
+  FitOptions options;
+  options.decimation = kPartsOfARow;
+  const ValidationReport report = validate(lag_model(), cut, options);
+  ASSERT_TRUE(report.between_rows);
+  EXPECT_GT(*report.between_rows, 0.0);
+  EXPECT_LT(*report.between_rows, 0.1);
+}
+
+TEST(CoarseInput, IsNoNoiseWhereItStandsStillInMostRows) {
+  Eigen::VectorXd command(6000);  // 12 bits, a new value every third row
+  for (Eigen::Index k = 0; k < command.size(); ++k) {
+    const Eigen::Index update = k / 3;
+    command[k] = 0.005 * std::round(400.0 * std::sin(0.003 * static_cast<double>(update)));
+  }
+  EXPECT_EQ(apparent_input_noise(command), 0.0);
+  EXPECT_EQ(input_noise(command), 0.0);
+}
+
 TEST(NoisyInput, IsNoRoughExcitation) {
   for (const double kept : {0.0, 0.5, 0.9, 0.97}) {
     std::mt19937_64 draw(400);
