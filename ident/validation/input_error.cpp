@@ -34,6 +34,7 @@ constexpr Eigen::Index kPartsOfChanges = 50;  // of a record, over which changes
 constexpr int kDraws = 2;                     // of noise
 constexpr std::uint64_t kSeed = 1;
 constexpr double kShownShare = 0.4;                 // of the residual's power
+constexpr double kNoPart = 0.02;                    // of the residual's share of the output, as a share of the input
 constexpr double kMostShare = 2.5;                  // the same, by chance
 constexpr double kOfRounding = 0.15;                // of the step: noise as great as that of rounding to it
 constexpr double kSameNoise = 1.2;                  // ratio of two estimates of white noise
@@ -153,6 +154,8 @@ Eigen::VectorXd between_rows_of(const Record& record, const Eigen::VectorXd& rec
   found.head(known) = made.head(known);
   return found;
 }
+
+double spread_of(const Eigen::VectorXd& signal) { return std::sqrt((signal.array() - signal.mean()).square().mean()); }
 
 /// Mean square of the changes over so many rows.
 double power_of_changes(const Eigen::VectorXd& signal, Eigen::Index lag) {
@@ -294,6 +297,9 @@ std::optional<InputNoise> input_noise_left_over(const Model& model, OutputOnReco
   const double rms = facts.apparent_input_noise();
   if (!(rms > 0.0)) return std::nullopt;
   const Eigen::VectorXd recorded = recorded_input(record);
+  // As the last digit of a file makes it: far too little beside what is left over, whatever the plant does to it.
+  const double left_over = residual.norm() / std::sqrt(static_cast<double>(residual.size()));
+  if (rms * spread_of(record.output) < kNoPart * left_over * spread_of(recorded)) return std::nullopt;
   const double step = step_of_codes(recorded);
   const Eigen::VectorXd driven = through_map(model, record.input);
   const auto of_model = [&](const Eigen::VectorXd& signal) {
