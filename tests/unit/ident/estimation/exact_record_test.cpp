@@ -68,6 +68,8 @@ std::vector<Term> terms_after(const std::string& arguments, const std::string& o
   return terms;
 }
 
+bool has_mpmath() { return std::system("/usr/bin/python3 -c 'import mpmath' 2>/dev/null") == 0; }
+
 Exact exact_record(const System& system, const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / (system.name + ".csv");
   const std::string command = "/usr/bin/python3 " + test::shared("tools/exact_record.py").string() + " " +
@@ -112,6 +114,7 @@ class ExactRecord : public testing::TestWithParam<System> {};
 
 TEST_P(ExactRecord, GivesItsTruthBack) {
   EHA_REQUIRE_SHARED(test::shared("tools/exact_record.py"));
+  if (!has_mpmath()) GTEST_SKIP() << "tools/exact_record.py needs mpmath: apt-get install python3-mpmath";
   const test::TemporaryFolder folder;
   const Exact exact = exact_record(GetParam(), folder.path());
   const Model model = fit_of(GetParam(), exact.record);
@@ -131,6 +134,7 @@ INSTANTIATE_TEST_SUITE_P(Systems, ExactRecord, testing::ValuesIn(systems()),
 
 TEST(NoisyRecords, AreWithinThreeStandardErrorsOfTheirTruth) {
   EHA_REQUIRE_SHARED(test::shared("tools/exact_record.py"));
+  if (!has_mpmath()) GTEST_SKIP() << "tools/exact_record.py needs mpmath: apt-get install python3-mpmath";
   const test::TemporaryFolder folder;
   int parameters = 0;
   int within = 0;
