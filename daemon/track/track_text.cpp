@@ -118,9 +118,8 @@ std::vector<std::string> sweep_sentences(const TrackResult& result, const Displa
                       1e3 * result.margins->lag_s.half_width),
           fmt::format(
               "Margins: of the open loop, from the sweep, in the direction that has less of them; Ms and Mt are the "
-              "greatest values at its frequencies. The gain "
-              "margin is at least Ms / (Ms - 1) = {:.3g}: the sweep ends below the frequency at which it would "
-              "be seen, and a loop with this Ms has no less.",
+              "greatest values at its frequencies. The gain margin is at least Ms / (Ms - 1) = {:.3g}: the sweep ends "
+              "below the frequency at which it would be seen, and a loop with this Ms has no less.",
               ms / (ms - 1.0))};
 }
 

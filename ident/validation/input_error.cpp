@@ -228,8 +228,8 @@ double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input) {
   return count < kLeastValues ? 0.0 : step;
 }
 
-double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return white_part(input, kRoughInput).value_or(0.0);
+double white_noise(const Eigen::Ref<const Eigen::VectorXd>& signal) {
+  return white_part(signal, kRoughInput).value_or(0.0);
 }
 
 double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
@@ -242,7 +242,7 @@ double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input) {
 }
 
 double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input) {
-  return std::max(rounding_step(input) * std::sqrt(repetitions(input) / 12.0), input_noise(input));
+  return std::max(rounding_step(input) * std::sqrt(repetitions(input) / 12.0), white_noise(input));
 }
 
 Eigen::MatrixXd input_walk(const Model& model, OutputOnRecord& outputs, Eigen::Index first,

@@ -15,13 +15,10 @@ namespace eha::ident {
 /// Cost O(N log N).
 [[nodiscard]] double rounding_step(const Eigen::Ref<const Eigen::VectorXd>& input);
 
-/// Returns the standard deviation of the white noise that the recorded input has in itself [input unit]: of an input
-/// that is held, from the differences within its levels; of a smooth one, from its fourth and sixth differences, which
-/// must agree. 0 where there is none to be seen, and of an input as rough as noise. Cost O(N).
-[[nodiscard]] double input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
-
-/// The same of any signal, as of an output. [its unit]
-[[nodiscard]] inline double white_noise(const Eigen::Ref<const Eigen::VectorXd>& signal) { return input_noise(signal); }
+/// Returns the standard deviation of the white noise that a recorded signal has in itself [its unit]: of one that is
+/// held, from the differences within its levels; of a smooth one, from its fourth and sixth differences, which must
+/// agree. 0 where there is none to be seen, and of a signal as rough as noise. Cost O(N).
+[[nodiscard]] double white_noise(const Eigen::Ref<const Eigen::VectorXd>& signal);
 
 /// The same of an input as rough as its noise, too, up to 0.72 of its spread: excitation that is rough in itself
 /// has no flat spectrum towards the highest frequencies. Only what a plant makes of the input tells whether it is noise
@@ -29,7 +26,7 @@ namespace eha::ident {
 [[nodiscard]] double apparent_input_noise(const Eigen::Ref<const Eigen::VectorXd>& input);
 
 /// Returns the standard deviation of the white error of the recorded input as a walk sees it [input unit]: of
-/// input_noise() or, where greater, of the rounding, q sqrt(P / 12) with q of rounding_step(), of an input that repeats
+/// white_noise() or, where greater, of the rounding, q sqrt(P / 12) with q of rounding_step(), of an input that repeats
 /// P times. Cost O(N log N).
 [[nodiscard]] double input_error_std(const Eigen::Ref<const Eigen::VectorXd>& input);
 

@@ -60,7 +60,8 @@ export class ResponseView {
     const run = answer.run;
     const periods = answer.periods ?? 0;
     const length = periods === 1 ? '1 period' : `${periods} periods`;
-    setText(byId('response-run'), run === null || run === undefined ? 'None: it is measured from the second period of an experiment on.'
+    setText(byId('response-run'), run === null || run === undefined
+      ? 'None: it is measured from the second period of an experiment on.'
       : isPlayed ? `Run ${run}, being played: ${length} so far.`
         : before ? `${before}${run}, ${length}.` : `Last run, ${run}: ${length}.`);
     byId('response-plots').hidden = this.lines.length === 0;

@@ -105,16 +105,16 @@ TEST(InputNoise, IsSeenOnAHeldAndOnASmoothInputAlone) {
   Eigen::VectorXd held(4000);
   for (Eigen::Index k = 0; k < held.size(); ++k) held[k] = (k / 25) % 3 == 0 ? 1.0 : -0.5;
   const Eigen::VectorXd smooth = multisine(draw);
-  EXPECT_EQ(input_noise(held), 0.0);
-  EXPECT_LT(input_noise(smooth), 1e-6);
+  EXPECT_EQ(white_noise(held), 0.0);
+  EXPECT_LT(white_noise(smooth), 1e-6);
   for (const Eigen::VectorXd& input : {held, smooth}) {
     Eigen::VectorXd noisy = input;
     for (double& u : noisy) u += 0.002 * normal(draw);
-    EXPECT_NEAR(input_noise(noisy), 0.002, 2e-4);
+    EXPECT_NEAR(white_noise(noisy), 0.002, 2e-4);
   }
   Eigen::VectorXd excitation(4000);
   for (double& u : excitation) u = normal(draw);
-  EXPECT_EQ(input_noise(excitation), 0.0);
+  EXPECT_EQ(white_noise(excitation), 0.0);
 }
 
 /// How many of 8 intervals of the gain of a rod hold it, whose input was measured with noise of 4 mV.
@@ -287,7 +287,7 @@ TEST(CoarseInput, IsNoNoiseWhereItStandsStillInMostRows) {
     command[k] = 0.005 * std::round(400.0 * std::sin(0.003 * static_cast<double>(update)));
   }
   EXPECT_EQ(apparent_input_noise(command), 0.0);
-  EXPECT_EQ(input_noise(command), 0.0);
+  EXPECT_EQ(white_noise(command), 0.0);
 }
 
 TEST(NoisyInput, IsNoRoughExcitation) {
