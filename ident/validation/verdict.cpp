@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "ident/model/record_start.hpp"
 #include "ident/statistics/distributions.hpp"
 #include "ident/validation/fast_resonance.hpp"
 #include "ident/validation/record_findings.hpp"
@@ -51,6 +53,7 @@ class Judgement {
     add({.kind = kind, .value = value, .limit = limit, .judged = false});
     lower(Grade::usable);
   }
+  [[nodiscard]] bool fails(std::initializer_list<Kind> kinds) const { return fails_any(verdict_, kinds); }
   /// Whether the record holds too little for a criterion, or nothing.
   [[nodiscard]] bool lacks(Kind kind) const {
     return std::none_of(verdict_.criteria.begin(), verdict_.criteria.end(),
@@ -232,12 +235,16 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
   }
 }
 
-/// What was not measured says nothing, and what the input did in a gap is not known.
+/// What was not measured says nothing, and what the input did in a gap is not known: the fit takes where an integrating
+/// rod stands after one for the plant, and no figure of it holds without the cut.
 void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgement& judgement) {
   // The paper's procedure takes interpolated rows for measured ones, and such a row agrees with any smooth model.
   const double interpolated = model.procedure == "paper" ? unmeasured.percent() : unmeasured.in_gaps_percent();
-  judgement.criterion(Kind::interpolated, interpolated, kMostInterpolated_percent,
-                      interpolated <= kMostInterpolated_percent);
+  const bool is_shifted = model.provenance.contains(kWithoutGaps) && !comes_to_rest(model) &&
+                          judgement.fails({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
+                                               Kind::predicted_error, Kind::residual_drift});
+  const double most = is_shifted ? 0.0 : kMostInterpolated_percent;
+  judgement.criterion(Kind::interpolated, interpolated, most, interpolated <= most);
   if (unmeasured.rows == 0) return;
   judgement.criterion(Kind::unmeasured, unmeasured.percent(), kMostUnmeasured_percent,
                       unmeasured.percent() <= kMostUnmeasured_percent);
@@ -335,7 +342,6 @@ std::string_view text(Grade grade) {
 
 Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFacts& facts) {
   Judgement judgement;
-  judge_unmeasured(model, facts.unmeasured, judgement);
   if (model.estimation) {
     judgement.criterion(Kind::converged, model.estimation->converged ? 1.0 : 0.0, 1.0, model.estimation->converged);
   }
@@ -348,6 +354,7 @@ Verdict judge(const Model& model, const AcceptanceLimits& limits, const RecordFa
   } else {
     judgement.lower(Grade::rejected);
   }
+  judge_unmeasured(model, facts.unmeasured, judgement);
   judge_loop(model, judgement);
   judge_input(model, judgement);
   // Of an output that stands at an end the structure fits another plant, however little that has changed.

@@ -85,7 +85,8 @@ struct RecordFacts {
 /// which is no valve; a record too short for its slower motions on whose unseen part neither a missing part of the
 /// plant nor the predicted error can be judged; an error of more than ten times the noise unless the fit is 95 %; a
 /// record of which more than kMostUnmeasured_percent was not measured, or kMostInterpolated_percent in gaps or in rows
-/// that the procedure does not leave out. A model that is not rejected is good when it passes the rest too, else
+/// that the procedure does not leave out; an error that shows beside such gaps of an integrating rod, where a part
+/// without them is to be had. A model that is not rejected is good when it passes the rest too, else
 /// usable: each residual test at 1
 /// %, no drift of the residual, no jump of the error, an AR-BIC at most kClearGain above that of the recommended model,
 /// no nonlinear effect in it (0.2 %) and no correlation with the input that follows (0.1 %), no resonance above half

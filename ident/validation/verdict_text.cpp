@@ -108,6 +108,7 @@ std::string Reasons::failed(const Criterion& c) const {
   const std::string unit = after_number(model_.output_unit);
   switch (c.kind) {
     case Kind::interpolated:
+      if (c.limit == 0.0) return {};  // gaps_in_record() says it
       return fmt::format(
           "Part of the record was not measured: {:.3g} % of its rows are interpolated{}, more than {:.3g} %; {}.",
           c.value, model_.procedure == "paper" ? "" : " in gaps", c.limit,

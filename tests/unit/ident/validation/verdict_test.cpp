@@ -82,6 +82,21 @@ TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
   EXPECT_FALSE(judge(paper, {}, lacking(80, 0)).accepted) << "it takes interpolated rows for measured ones";
 }
 
+TEST(Verdict, RejectsAnIntegratingRodWhoseErrorShowsBesideAGap) {
+  const RecordFacts facts{.unmeasured = {.rows = 6, .in_gaps = 6, .of_rows = 1000}};
+  Model model = good_model();
+  model.transfer_function.denominator = {{1.0, 2.0}, {1.0, 1.0}};
+  model.provenance[kGapsOfRecord] = "from 15 to 15.29 s";
+  model.provenance[kWithoutGaps] = "--from 15.3";
+  EXPECT_TRUE(judge(model, {}, facts).accepted) << "a gap in which nothing happened";
+  model.validation->tests->input.p = 1e-6;
+  const Verdict verdict = judge(model, {}, facts);
+  EXPECT_FALSE(verdict.accepted);
+  EXPECT_EQ(verdict.reasons.front(),
+            "Rows are missing from 15 to 15.29 s, and what the input did there is not known, so that an integrating rod "
+            "stands elsewhere afterwards; cut with --from 15.3.");
+}
+
 TEST(Verdict, RejectsAMapThatTurnsBack) {
   Model model = good_model();
   model.estimation->correlation.emplace();
