@@ -147,6 +147,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
                         .parameters = report::estimated_parameters(models[i]),
                         .but = grade_of(models[i]) == kRejected ? std::string(kRejected)
                                : scored[i].of_another_plant     ? "of another plant"
+                               : scored[i].is_doubtful          ? "not shown to be of this plant"
                                                                 : ""});
     }
     out.findings.heading += "; " + report::better_model(std::move(ranked), models.front().output_unit);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "core/error.hpp"
@@ -78,6 +79,7 @@ void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& s
         "the two runs (`eha compare`)",
         ident::figure_text(ratio));
   } else if (!scored.of_another_plant && ratio > kFarError) {
+    scored.is_doubtful = true;
     scored.cannot_tell = fmt::format(
         "its error is {} times that on its own record, yet no parameter of it is shown to differ: {}; fit a model to "
         "this record before you rely on one",
@@ -103,6 +105,7 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
                                          fmt::format("the record of {}", model.name));
   if (is_short.empty()) return;
   scored.cannot_tell = is_short;
+  scored.is_doubtful = false;
   scored.of_another_plant = false;
 }
 
@@ -114,6 +117,22 @@ ScoredModel scored(const ident::Model& model, const Source& source, const ident:
   one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
   compare_with_refit(one, model, source, options, level, progress);
   return one;
+}
+
+/// What speaks against a model of less error would hide in that of the others.
+void doubt_worse_ones(std::vector<ScoredModel>& all) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ScoredModel& one : all) {
+    if (one.of_another_plant || one.is_doubtful) least = std::min(least, one.rms_error);
+  }
+  for (ScoredModel& one : all) {
+    if (one.of_another_plant || one.rms_error < least) continue;
+    one.is_doubtful = true;
+    if (!one.cannot_tell.empty()) continue;
+    one.cannot_tell =
+        "a model that errs less here does not suit this record, and what speaks against that one would hide in the "
+        "error of this one; fit a model to this record before you rely on one";
+  }
 }
 
 }  // namespace
@@ -141,6 +160,7 @@ std::vector<ScoredModel> score_models(const std::vector<ident::Model>& models,
     all.push_back(
         scored(model, source, options_of(source), level, part_of(progress, all.size(), models.size(), source.name)));
   }
+  doubt_worse_ones(all);
   return all;
 }
 

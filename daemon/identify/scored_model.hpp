@@ -30,6 +30,9 @@ struct ScoredModel {
   /// Why the record does not show whether the model is of this plant, and what to record; empty: it does. A straight
   /// model is another one for each stretch of a valve's motion: it needs half the time that estimated it.
   std::string cannot_tell = {};
+  /// Of those, what speaks against the model: far more error than on its own record, or more than a model that
+  /// does not suit the record. One of another input or length only may be used.
+  bool is_doubtful = false;
 };
 
 /// "a gain 0.45 % greater alone takes the error from 0.0031 to 0.0008 in: ..." @param scored  with `other_gain`

@@ -47,7 +47,7 @@ std::string better_model(std::vector<RankedModel> models, const std::string& uni
   for (const RankedModel& model : models) {
     if (model.but.empty()) usable.push_back(&model);
   }
-  if (usable.empty()) return "use none of them" + others_text(models, unit);
+  if (usable.empty()) return "use none of them" + (models.size() > kMostModels ? "" : others_text(models, unit));
   const RankedModel& best = *usable.front();
   std::vector<const RankedModel*> alike;
   for (const RankedModel* model : usable) {

@@ -215,6 +215,21 @@ TEST_F(TwoRuns, CompareScoresModelsOnARecord) {
   EXPECT_NE(html.find("Measured output, the models on it, and their errors"), std::string::npos);
 }
 
+TEST_F(TwoRuns, CompareOffersNoWorseModelInThePlaceOfOneOfAnotherPlant) {
+  const Ended fitted =
+      run_eha({"fit", before_, "--model", "integrator_lag", "--model", "integrator_lag_valve", "-o", "crude", "-q"},
+              folder_->path());
+  ASSERT_TRUE(fs::exists(folder_->path() / "crude/integrator_lag.json")) << fitted.err;
+  const Ended compared = run_eha(
+      {"compare", "crude/integrator_lag_valve.json", "crude/integrator_lag.json", after_, "--json"}, folder_->path());
+  const json models = json::parse(compared.out).at("models");
+  EXPECT_EQ(models.at(0).at("plant"), "another") << compared.out;
+  EXPECT_EQ(models.at(1).at("plant"), "unknown") << compared.out;
+  const Ended shown =
+      run_eha({"compare", "crude/integrator_lag_valve.json", "crude/integrator_lag.json", after_}, folder_->path());
+  EXPECT_NE(shown.out.find("use none of them"), std::string::npos) << shown.out;
+}
+
 TEST_F(TwoRuns, ValidateJudgesAsCompareDoes) {
   const Ended fitted =
       run_eha({"fit", before_, "--model", "integrator_lag", "--input-map", "valve", "-o", "v", "-q"}, folder_->path());
