@@ -20,6 +20,9 @@ class LineBuffer {
   /// Takes the next whole line without its newline (and a carriage return before it); none if it is incomplete.
   [[nodiscard]] std::optional<std::string> next_line();
 
+  /// Whether the next line is whole.
+  [[nodiscard]] bool has_line() const noexcept { return bytes_.find('\n', scanned_) != std::string::npos; }
+
   /// Whether the first line is longer than allowed; the rest of the stream is then unusable.
   [[nodiscard]] bool is_too_long() const noexcept;
 

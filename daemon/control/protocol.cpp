@@ -4,16 +4,17 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <set>
 #include <utility>
 #include <vector>
 
+#include "core/json_shape.hpp"
 #include "core/text.hpp"
 
 namespace eha::control {
 namespace {
 
-constexpr int kDeepestRequest = 4;  // an object that holds an object, and some spare
+// An object that holds an object, and some spare.
+constexpr JsonBounds kRequestBounds{.depth = 4, .values = 1000, .keys_of_object = 100};
 constexpr std::size_t kLongestName = 256;
 constexpr std::int64_t kGreatestPosition = 1000;
 constexpr std::int64_t kGreatestSignal = 64;
@@ -232,23 +233,21 @@ Call read_call(const std::string& method, const Input& values) {
 }
 
 Input parse_shallow(std::string_view line) {
-  bool is_deep = false;
-  std::optional<std::string> repeated;
-  std::array<std::set<std::string>, kDeepestRequest + 1> keys;  // of the open object at each depth
-  const auto look = [&](int depth, Input::parse_event_t event, const Input& value) {
-    const bool opens = event == Input::parse_event_t::object_start || event == Input::parse_event_t::array_start;
-    if (opens && depth >= kDeepestRequest) is_deep = true;
-    if (is_deep || repeated) return false;  // values that are not kept use no memory
-    const auto level = static_cast<std::size_t>(depth);
-    if (event == Input::parse_event_t::object_start) keys[level + 1].clear();
-    if (event == Input::parse_event_t::key && !keys[level].insert(value.get<std::string>()).second) {
-      repeated = value.get<std::string>();
-    }
-    return true;
-  };
-  Input request = Input::parse(line, look, false);
-  if (is_deep) throw BadRequest{fmt::format("a request nests at most {} levels", kDeepestRequest)};
-  if (repeated) throw BadRequest{fmt::format("{}: the key is there twice", shortened(*repeated, 40))};
+  const JsonShape shape = json_shape(line, kRequestBounds, JsonKeys::unique);
+  switch (shape.fault) {
+    case JsonFault::too_deep:
+      throw BadRequest{fmt::format("a request nests at most {} levels", kRequestBounds.depth)};
+    case JsonFault::too_many_values:
+      throw BadRequest{fmt::format("a request holds at most {} values", kRequestBounds.values)};
+    case JsonFault::too_many_keys:
+      throw BadRequest{fmt::format("a request has at most {} keys in an object", kRequestBounds.keys_of_object)};
+    case JsonFault::repeated_key:
+      throw BadRequest{fmt::format("{}: the key is there twice", shortened(shape.key, 40))};
+    case JsonFault::none:
+    case JsonFault::syntax:
+      break;
+  }
+  const Input request = Input::parse(line, nullptr, false);
   if (request.is_discarded()) throw BadRequest{"not JSON; expected {\"id\":1,\"method\":\"status\"} on one line"};
   if (!request.is_object())
     throw BadRequest{"expected an object {\"id\":1,\"method\":\"status\"}, got " + shown(request)};

@@ -22,7 +22,8 @@
 namespace eha::control {
 namespace {
 
-constexpr std::size_t kReadAtOnce = 64 * 1024;
+constexpr std::size_t kReadAtOnce = 64 * 1024;  // [bytes]
+constexpr int kLinesAtOnce = 4;                 // of one client
 constexpr int kBacklog = 256;
 constexpr int kAcceptedAtOnce = 16;
 
@@ -172,7 +173,7 @@ void Server::serve(ClientId id, std::uint32_t events) {
   handle_lines(id);
   client = find(id);
   if (client == nullptr) return;
-  const bool is_over = client->at_end && !client->busy && client->output.empty();
+  const bool is_over = client->at_end && !client->busy && client->output.empty() && !client->input.has_line();
   if (is_over || (client->closing && client->output.empty())) {
     drop(id);
   } else {
@@ -195,10 +196,15 @@ void Server::read_from(Client& client) {
 
 void Server::handle_lines(ClientId id) {
   // Looks the client up in each pass, because a request may drop its own client.
-  // Handles no request while an answer waits to be read, which bounds the memory of a client that does not read.
+  // Handles no request while an answer waits to be read, which bounds the memory of a client that does not read, and
+  // few in one pass: the stop of another client waits for the passes before it. update_events() asks for the next one.
   const auto may_ask = [](const Client& client) { return !client.busy && !client.closing && client.output.empty(); };
-  for (Client* client = find(id); client != nullptr && may_ask(*client); client = find(id)) {
+  std::size_t handled = 0;
+  Client* client = find(id);
+  for (int lines = 0; client != nullptr && may_ask(*client); client = find(id)) {
+    if (++lines > kLinesAtOnce || handled > kReadAtOnce) return;
     const std::optional<std::string> line = client->input.next_line();
+    handled += line ? line->size() : 0;
     if (!line) {
       if (client->input.is_too_long()) {
         send(*client,
@@ -268,9 +274,12 @@ void Server::flush(Client& client) {
 
 void Server::update_events(Client& client) {
   std::uint32_t events = 0;
-  // Further requests stay in the socket until the answer to this one has been read.
-  if (!client.at_end && !client.busy && client.output.empty()) events |= EPOLLIN;
-  if (!client.output.empty() || client.closing) events |= EPOLLOUT;
+  // Further requests stay in the socket until the answer to this one has been read, and those that came with it are
+  // handled: epoll reports nothing for a line that is in our buffer.
+  const bool may_ask = !client.busy && client.output.empty();
+  const bool has_line = may_ask && client.input.has_line();
+  if (!client.at_end && may_ask && !has_line) events |= EPOLLIN;
+  if (!client.output.empty() || client.closing || has_line) events |= EPOLLOUT;
   loop_.change(client.descriptor.get(), events);
 }
 
@@ -280,8 +289,6 @@ void Server::answer(ClientId id, std::initializer_list<OutputQueue::Part> line) 
   client->busy = false;
   if (client->seat == Seat::spare) client->closing = true;
   send(*client, line);
-  // A request that arrived together with this one is in our buffer, for which epoll reports nothing.
-  if (client->input.size() > 0) loop_.change(client->descriptor.get(), EPOLLIN | EPOLLOUT);
 }
 
 void Server::respond(ClientId client, std::int64_t id, const Json& result) {

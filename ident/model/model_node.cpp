@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/json_shape.hpp"
 #include "core/terminal_text.hpp"
 #include "core/text.hpp"
 
@@ -128,14 +129,22 @@ Json parse_model_json(std::string_view text, const std::string& file_name) {
   if (text.find('\0') != std::string_view::npos) {
     throw ConfigError(file_name + ": expected a model in JSON, got a binary file");
   }
-  const auto refuse_depth = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest) {
+  const JsonBounds bounds{.depth = kDeepest};
+  switch (json_shape(text, bounds).fault) {
+    case JsonFault::too_deep:
       throw ConfigError(fmt::format("{}: expected a model at most {} levels deep, got more", file_name, kDeepest));
-    }
-    return true;
-  };
+    case JsonFault::too_many_values:
+      throw ConfigError(fmt::format("{}: expected a model of at most {} values, got more", file_name, bounds.values));
+    case JsonFault::too_many_keys:
+      throw ConfigError(fmt::format("{}: expected a model with at most {} keys in an object, got more", file_name,
+                                    bounds.keys_of_object));
+    case JsonFault::none:
+    case JsonFault::syntax:
+    case JsonFault::repeated_key:
+      break;
+  }
   try {
-    return Json::parse(text.begin(), text.end(), refuse_depth);
+    return Json::parse(text.begin(), text.end());
   } catch (const Json::parse_error& error) {
     throw ConfigError(fmt::format("{}:{}: expected a model in JSON, got a syntax error {}", file_name,
                                   place(text, error.byte), syntax_detail(error.what())));

@@ -132,6 +132,16 @@ TEST(Protocol, DoesNotFollowANestOfBrackets) {
   EXPECT_NE(refusal_of(R"({"id":1,"params":)" + deep).message.find("nests"), std::string::npos);
 }
 
+TEST(Protocol, KeepsNoRequestOfManyValues) {
+  std::string values = "{}";
+  for (int i = 0; i < 80'000; ++i) values += ",{}";
+  EXPECT_NE(refusal_of(R"({"id":1,"method":"status","params":{"a":[)" + values + "]}}").message.find("1000 values"),
+            std::string::npos);
+  std::string keys = R"("a":1)";
+  for (int i = 0; i < 20'000; ++i) keys += ",\"" + std::to_string(i) + "\":1";
+  EXPECT_NE(refusal_of(R"({"id":1,"params":{)" + keys + "}}").message.find("100 keys"), std::string::npos);
+}
+
 TEST(Protocol, AnswersInOneLineWhateverTheText) {
   EXPECT_EQ(error_line(nullptr, ExitCode::permission, "two\nlines \xff"),
             "{\"id\":null,\"error\":{\"code\":77,\"message\":\"two\\nlines \xEF\xBF\xBD\"}}\n");

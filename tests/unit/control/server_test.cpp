@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <memory>
@@ -111,6 +112,30 @@ TEST_F(ServerTest, DoesNotReadTheNextRequestBeforeTheOneBeforeIsAnswered) {
                               "{\"id\":1,\"result\":{\"state\":\"armed\"}}\n"
                               "{\"id\":2,\"result\":{\"state\":\"idle\"}}\n");
   close(client);
+}
+
+TEST_F(ServerTest, AnswersAnotherOneBesideAClientWithManyRequestsAtOnce) {
+  const int many = connect_raw();
+  const int one = connect_raw();
+  static_cast<void>(hear(many));
+  static_cast<void>(hear(one));
+  std::string requests;
+  for (int i = 0; i < 400; ++i) requests += "{\"id\":1,\"method\":\"status\"}\n";
+  say(many, requests);
+  say(one, "{\"id\":2,\"method\":\"status\"}\n");
+  loop_.run_once(0ms);
+  EXPECT_EQ(hear(one), "{\"id\":2,\"result\":{\"state\":\"idle\"}}\n");
+  EXPECT_LT(requests_.size(), 20U) << "of many a few at a time";
+  shutdown(many, SHUT_WR);
+  std::string answers;
+  for (int i = 0; i < 50 && !answers.ends_with("<end>"); ++i) {
+    turn();
+    answers += hear(many);
+  }
+  EXPECT_EQ(requests_.size(), 401U) << "and in the end all";
+  EXPECT_TRUE(answers.ends_with("<end>")) << answers;
+  EXPECT_EQ(std::count(answers.begin(), answers.end(), '\n'), 400);
+  close(one);
 }
 
 TEST_F(ServerTest, AnswersWhoHasClosedItsOwnHalf) {
