@@ -61,6 +61,7 @@ Entry entry_from_text(const std::string& text) {
   entry.only_places = json.value("only_places", false);
   entry.is_open_fault = json.value("open_fault", false);
   entry.has_open_slip = json.value("open_slip", false);
+  entry.missed_motion = json.value("missed_motion", false);
   if (const auto found = json.find("calibration"); found != json.end() && found->is_array()) {
     entry.calibration = {found->at(0), found->at(1)};
   }
@@ -109,7 +110,8 @@ Json describe(const Entry& entry) {
           {"models", entry.models},
           {"placed_in", entry.placed_in ? Json(*entry.placed_in) : Json(nullptr)},
           {"exit_code", entry.exit_code},
-          {"open_slip", entry.has_open_slip}};
+          {"open_slip", entry.has_open_slip},
+          {"missed_motion", entry.missed_motion}};
 }
 
 std::string bad_end_of(const Entry& entry) {
@@ -308,6 +310,22 @@ const Entry* Queue::open_slip(const std::pair<double, double>& in_force) const {
   return newest;
 }
 
+std::vector<EntryId> Queue::missed_motion(const std::pair<double, double>& in_force) const {
+  std::vector<EntryId> missed;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.missed_motion && is_same_place(entry.calibration.value_or(in_force), in_force)) missed.push_back(id);
+  }
+  return missed;
+}
+
+std::vector<EntryId> Queue::forget_missed_motion() {
+  std::vector<EntryId> changed;
+  for (auto& [id, entry] : entries_) {
+    if (std::exchange(entry.missed_motion, false)) changed.push_back(id);
+  }
+  return changed;
+}
+
 std::vector<EntryId> Queue::close_slips() {
   std::vector<EntryId> changed;
   for (auto& [id, entry] : entries_) {
@@ -321,7 +339,7 @@ std::vector<EntryId> Queue::forget_old(EntryId kept) {
       std::count_if(entries_.begin(), entries_.end(), [&](const auto& item) { return is_over(item.second); }));
   std::vector<EntryId> forgotten;
   for (auto item = entries_.begin(); item != entries_.end() && over > kMostOver;) {
-    if (!is_over(item->second) || item->first == kept || item->second.has_open_slip) {
+    if (!is_over(item->second) || item->first == kept || item->second.has_open_slip || item->second.missed_motion) {
       ++item;
       continue;
     }

@@ -63,6 +63,8 @@ struct Entry {
   int exit_code = 0;                       ///< exit code of `eha run`, once it is over
   bool is_open_fault = false;  ///< ended by a fault or the death of ehad, and nobody has armed the rig since
   bool has_open_slip = false;  ///< the reading of a machine's sensor jumped, and nothing has confirmed the place since
+  /// A machine's run that ended by a fault that names_motion(), and since then none was whole, and no ruler read.
+  bool missed_motion = false;
   /// Scale [in/V] and offset [in] of a machine's sensor when it began; none before and of a simulated rig.
   std::optional<std::pair<double, double>> calibration = {};
   // Neither is saved: a restart ends every connection, and held experiments are rehearsed again.
@@ -148,10 +150,14 @@ class Queue {
   std::vector<EntryId> close_faults();
   /// Returns the newest entry with an open slip by the calibration in force; nullptr if there is none.
   [[nodiscard]] const Entry* open_slip(const std::pair<double, double>& in_force) const;
+  /// Returns the entries that missed_motion by the calibration in force.
+  [[nodiscard]] std::vector<EntryId> missed_motion(const std::pair<double, double>& in_force) const;
+  /// Forgets all of them. @returns the entries that have changed
+  std::vector<EntryId> forget_missed_motion();
   /// Closes every open slip. @returns the entries that have changed
   std::vector<EntryId> close_slips();
 
-  /// Removes the oldest finished entries beyond kMostOver, but never `kept` nor one with an open slip.
+  /// Removes the oldest finished entries beyond kMostOver, but never `kept` nor one with an open slip or missed motion.
   /// @returns their numbers
   std::vector<EntryId> forget_old(EntryId kept);
 

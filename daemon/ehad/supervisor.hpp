@@ -202,7 +202,10 @@ class Supervisor {
   [[nodiscard]] double shown_in() const;
   /// Refuses what needs a ruler where nobody has read one. @throws Error (safety_trip)
   void require_no_slip() const;
+  void require_no_missed_motion() const;
   void close_slips();
+  /// The rod did what the volts asked for, or a ruler has shown where it is.
+  void forget_missed_motion();
   void require_room_in_queue(const Peer& peer, std::size_t wanted) const;
   [[nodiscard]] std::optional<double> place_at_start() const;
   [[nodiscard]] Entry& require_own(const Peer& peer, EntryId id, std::string_view what);

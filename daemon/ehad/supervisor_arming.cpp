@@ -2,6 +2,7 @@
 // Rights to move the rig: arming, the lease, stops.
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -94,6 +95,23 @@ void Supervisor::require_no_slip() const {
                   slip->id));
 }
 
+void Supervisor::require_no_missed_motion() const {
+  constexpr std::size_t kMostMissed = 1;  // each costs some tenths of an inch that nothing measures
+  if (!rig_.moves_machine()) return;
+  const std::vector<EntryId> missed = queue_.missed_motion(rig_.calibration());
+  if (missed.size() <= kMostMissed) return;
+  throw Error(ExitCode::safety_trip,
+              fmt::format("not armed: in experiments {} the rod did not do what the volts asked for, and each time it "
+                          "may have moved unseen: look at sensor, valve, supply and [following], and hold a ruler to "
+                          "the rod; where it agrees with `eha read`: `eha arm --ruler LENGTH`; where not: `eha "
+                          "calibrate --sensor-moved` and its Next",
+                          fmt::join(missed, ", ")));
+}
+
+void Supervisor::forget_missed_motion() {
+  for (const EntryId id : queue_.forget_missed_motion()) save(*queue_.find(id));
+}
+
 void Supervisor::close_slips() {
   const std::vector<EntryId> changed = queue_.close_slips();
   for (const EntryId id : changed) save(*queue_.find(id));
@@ -112,7 +130,10 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   if (!moved_while_armed_.empty() && !active_ && !rig_.is_armed()) {
     throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
   }
-  if (!call.ruler_in && !active_ && !rig_.is_armed()) require_no_slip();
+  if (!call.ruler_in && !active_ && !rig_.is_armed()) {
+    require_no_slip();
+    require_no_missed_motion();
+  }
   const bool was_held = lease_.is_held_by(peer.uid);
   const bool takes_over = lease_.holder() && !was_held;
   if (takes_over && call.take_from != static_cast<std::int64_t>(lease_.holder()->uid)) {
@@ -134,7 +155,8 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   const Entry* open_fault = queue_.open_fault();
   const std::string fault = open_fault != nullptr ? bad_end_of(*open_fault) : stopped_because_;
   const std::string run = open_fault != nullptr ? open_fault->run : "";
-  auto done_arming = [this, peer, was_held, fault, run, grant, answer = std::move(answer)](std::future<void> done) {
+  auto done_arming = [this, peer, was_held, fault, run, grant, has_ruler = call.ruler_in.has_value(),
+                      answer = std::move(answer)](std::future<void> done) {
     answer([&]() -> Json {
       try {
         done.get();
@@ -146,6 +168,7 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
       disarmed_because_.clear();
       stopped_because_.clear();
       if (rig_.moves_machine()) close_slips();
+      if (has_ruler) forget_missed_motion();
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;

@@ -112,6 +112,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     entry.placed_in = run.displacement_in;
     rig_.rod_is_at(run.displacement_in);
   }
+  if (acquisition::is_whole(outcome)) forget_missed_motion();
   if (acquisition::is_whole(outcome) && run.only_placed) {
     const DisplayUnit unit(rig_.config()->units);
     spdlog::info("experiment {}: the rod is at {:.3f} {}", entry.id, unit.factor("in") * run.displacement_in,
@@ -129,6 +130,7 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     const bool is_guards_fault = is_unguarded && outcome == Outcome::interrupted;
     entry.is_open_fault = outcome != Outcome::interrupted;
     entry.has_open_slip = entry.calibration && acquisition::reading_jumped(run.report.fault);
+    entry.missed_motion = entry.calibration && acquisition::names_motion(run.report.fault.fault);
     close_entry(entry, is_guards_fault ? ExitCode::device_unavailable : acquisition::exit_code(run.report));
   }
   lease_.renew(Clock::now());

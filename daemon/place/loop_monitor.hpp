@@ -66,6 +66,8 @@ class LoopMonitor {
   [[nodiscard]] const acquisition::Breach& breach() const noexcept { return breach_; }
 
   [[nodiscard]] const LoopBounds& bounds() const noexcept { return bounds_; }
+  /// Whether the pressure has built up, before which nothing counts as missing.
+  [[nodiscard]] bool has_pressure() const noexcept { return elapsed_s_ >= bounds_.pressure_delay_s; }
 
   /// Of the placings before on this rig, from which this one goes on; before the first reading.
   void go_on_from(const acquisition::LackingWay& lacking) noexcept { lacking_ = lacking; }

@@ -65,7 +65,7 @@ double PlaceController::voltage_V(const hal::RigReading& last) noexcept {
 
   const double error_in = target_in_ - position_in;
   const bool rests = std::abs(error_in) < kTolerance_in && std::abs(steady_in_per_s_) < kRest_in_per_s;
-  settled_s_ = rests ? settled_s_ + period_s_ : 0.0;
+  settled_s_ = rests && monitor_.has_pressure() ? settled_s_ + period_s_ : 0.0;
   const double wanted_in_per_s =
       std::abs(error_in) < kRest_in ? 0.0 : std::clamp(kApproach_per_s * error_in, -speed_in_per_s_, speed_in_per_s_);
   const double gain = wanted_in_per_s >= 0.0 ? gain_positive_in_per_V_s_ : gain_negative_in_per_V_s_;

@@ -60,6 +60,8 @@ class EarlyEndSource final : public acquisition::CommandSource {
   }
   [[nodiscard]] bool brings_back() const noexcept override { return source_->brings_back(); }
   [[nodiscard]] acquisition::Breach breach() const noexcept override { return source_->breach(); }
+  void go_on_from(const acquisition::LackingWay& lacking) noexcept override { source_->go_on_from(lacking); }
+  [[nodiscard]] const acquisition::LackingWay* lacking() const noexcept override { return source_->lacking(); }
   [[nodiscard]] std::uint32_t rows() const noexcept override { return source_->rows(); }
   [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return source_->rows_per_repetition(); }
   [[nodiscard]] double voltage_V(std::uint32_t row, const hal::RigReading& last) noexcept override {

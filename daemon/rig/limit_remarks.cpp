@@ -34,6 +34,16 @@ std::string frozen_sensor(const config::RigLimits& limits) {
                      limits.frozen_sensor_s);
 }
 
+std::string late_following(const config::RigLimits& limits) {
+  constexpr double kUsual_in = 0.1;
+  if (!limits.following || limits.following->limit_in <= kUsual_in) return {};
+  return fmt::format(
+      "following.limit_in = {:g} in ({:.3g} mm): beside a dead sensor the rod moves by up to four times as much "
+      "unseen; "
+      "set {:g} in, unless a sound rig trips with it",
+      limits.following->limit_in, kMillimetresPerInch * limits.following->limit_in, kUsual_in);
+}
+
 std::string late_loop(const config::RealtimeOptions& realtime) {
   const double late_s = realtime.abort_consecutive_late * realtime.sample_period_s;
   if (late_s <= kLongestLateLoop_s) return {};
@@ -110,7 +120,7 @@ std::string moving_at_rest(const config::RigConfig& rig) {
 }  // namespace
 
 std::vector<std::string> limit_remarks(const config::RigConfig& rig, std::chrono::sys_days today) {
-  std::vector<std::string> remarks{frozen_sensor(rig.limits), slow_placing(rig.limits),
+  std::vector<std::string> remarks{frozen_sensor(rig.limits), slow_placing(rig.limits), late_following(rig.limits),
                                    old_calibration(hal::conversion_of(rig.backend).calibration_date, today),
                                    moving_at_rest(rig)};
   // No loop of a simulated rig moves anything while it is late.

@@ -11,7 +11,8 @@ namespace eha::ident {
 
 /// What comes first where both gains have changed alike.
 inline constexpr const char* kSupplyFirst =
-    "look at the supply pressure first: both gains follow the square root of what drops over the valve";
+    "look at the supply pressure first, as both gains follow the square root of what drops over the valve, and hold a "
+    "ruler to the rod at two places far apart, as another scale of the sensor looks the same";
 
 /// Returns the factor by which both gains changed alike, by a fifth or more; none otherwise.
 /// @param positive, negative  each gain over the same gain before

@@ -135,6 +135,27 @@ TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrate
   EXPECT_EQ(calibrated.code, 0) << calibrated.err;
 }
 
+TEST_F(ServiceArming, IsRefusedAfterTwoRunsInWhichTheRodDidNotMoveUntilARulerAgrees) {
+  start();
+  rig_.card().dead_band_V = 20.0;
+  const auto move = [&] { return run_eha({"goto", "3.5in", "--yes", "--socket", daemon_.socket()}, daemon_.folder()); };
+  for (int i = 0; i < 2; ++i) {
+    const Ended armed = arm();
+    EXPECT_EQ(armed.code, 0) << "after " << i << ": " << armed.err;
+    EXPECT_EQ(move().code, kTrip);
+  }
+  const Ended without = arm();
+  EXPECT_EQ(without.code, kTrip) << without.out;
+  EXPECT_NE(without.err.find("eha arm --ruler LENGTH"), std::string::npos) << without.err;
+  client_.reset();
+  EXPECT_EQ(daemon_.stop(SIGTERM), 0);
+  daemon_.start();
+  EXPECT_EQ(arm().code, kTrip) << "the next service knows it, too";
+  EXPECT_EQ(arm({"--ruler", fmt::format("{:.3f}in", rig_.card().position_in)}).code, 0);
+  EXPECT_EQ(move().code, kTrip);
+  EXPECT_EQ(arm().code, 0) << "counted anew";
+}
+
 TEST_F(ServiceArming, KnowsASlipOfARunWhoseServiceWasKilledAsItTripped) {
   start();
   client_->call("arm");

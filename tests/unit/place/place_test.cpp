@@ -252,6 +252,21 @@ TEST(StartingSource, PlaysTheExperimentFromItsPlaceOn) {
   }
 }
 
+TEST(StartingSource, WaitsForThePressureWhereTheRodStandsInItsPlace) {
+  // Missing motion does not count before, and a dead sensor would not show.
+  constexpr double kDelay_s = 2.0;
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(hal::SimOptions{}, 0.0);
+  LongPlay play;
+  play.used_limits.following->pressure_delay_s = kDelay_s;
+  play.limits = play.used_limits;
+  const std::vector<double> table_V(100, 0.0);
+  StartingSource source(PlaceController(play.limits, 0.001, 2.95), play.limits, 0.001,
+                        std::make_unique<acquisition::TableSource>(table_V, 1));
+  play.play_on(*rig, source);
+  EXPECT_EQ(play.report.outcome, Outcome::completed);
+  EXPECT_GE(0.001 * static_cast<double>(play.first(State::running)), kDelay_s);
+}
+
 TEST(StartingSource, PlaysNothingWhenThePlaceIsNotReached) {
   hal::SimOptions options;
   options.valve_dead_band_V = 4.9;

@@ -37,6 +37,22 @@ class EarlyEnds : public testing::Test {
   Judge judge;
 };
 
+TEST(EarlyEndsOfALoop, TakeAndLeaveTheLackingWay) {
+  struct Loop final : acquisition::CommandSource {
+    void go_on_from(const acquisition::LackingWay& lacking) noexcept override { way = lacking; }
+    [[nodiscard]] const acquisition::LackingWay* lacking() const noexcept override { return &way; }
+    [[nodiscard]] std::uint32_t rows() const noexcept override { return 1; }
+    [[nodiscard]] std::uint32_t rows_per_repetition() const noexcept override { return 1; }
+    [[nodiscard]] double voltage_V(std::uint32_t, const hal::RigReading&) noexcept override { return 0.0; }
+    acquisition::LackingWay way = {};
+  };
+  const Judge judge;
+  EarlyEndSource source(std::make_unique<Loop>(), judge, acquisition::TimeBase::monotonic);
+  source.go_on_from({.way_in = 0.2});
+  ASSERT_NE(source.lacking(), nullptr);
+  EXPECT_EQ(source.lacking()->way_in, 0.2);
+}
+
 TEST_F(EarlyEnds, PlayEveryRepetitionWhileNothingIsReached) {
   EarlyEndSource played = source(acquisition::TimeBase::monotonic);
   EXPECT_EQ(rows_played(played), 20U);

@@ -42,6 +42,11 @@ TEST(LimitRemarks, SayThatNoCheckLooksForAFrozenSensor) {
   expect(said("sim.toml", [](auto& rig) { rig.limits.frozen_sensor_s = 60.0; }), "frozen_sensor_s = 60 s");
 }
 
+TEST(LimitRemarks, SayHowMuchADeadSensorHidesOfAWideFollowingLimit) {
+  expect(said("pci1716.toml", [](auto& rig) { rig.limits.following->limit_in = 0.25; }),
+         "following.limit_in = 0.25 in (6.35 mm): beside a dead sensor the rod moves by up to four times as much");
+}
+
 TEST(LimitRemarks, SayThatAVelocityLimitMakesAPlacingCreep) {
   const std::string text = said("sim.toml", [](auto& rig) { rig.limits.velocity_limit_in_per_s = 0.1; });
   expect(text, "0.1 in/s (2.54 mm/s) is below the usual 0.3 in/s (7.62 mm/s) of goto");
