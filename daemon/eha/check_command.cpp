@@ -61,7 +61,9 @@ suggest::RigAccess access_of_rig_file(const std::string& file, const config::Rig
   if (!hal::moves_machine(rig.backend)) return simulated_access(file);
   const std::filesystem::path driven = service ? std::filesystem::path(service->file) : default_rig_file().value_or("");
   std::error_code ignored;
-  if (std::filesystem::equivalent(driven, file, ignored)) return access_of(DriveOptions{.socket = socket});
+  if (std::filesystem::equivalent(driven, file, ignored)) {
+    return service ? access_of(*service, socket) : access_of(DriveOptions{.socket = socket});
+  }
   return access_of(DriveOptions{.rig_file = file, .local = true});
 }
 
@@ -93,7 +95,7 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
   const auto& following = rig.limits.following;
   const bool is_changed =
       following && following->measured_check && following->measured_rig_check && !config::is_as_measured(rig);
-  console.set_rig(is_of_service || is_same_rig ? access_of(DriveOptions{.socket = command.socket})
+  console.set_rig(is_of_service || is_same_rig ? access_of(*service, command.socket)
                                                : access_of_rig_file(command.file, rig, service, command.socket));
   require_protecting_limits(rig);
   for (const std::string& sentence : arming_findings(rig).warnings) console.warning(sentence);
@@ -232,7 +234,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     return ExitCode::ok;
   }
   const config::RigConfig rig = config::load_rig(*rig_file);
-  console.set_rig(service ? access_of(DriveOptions{.socket = command.socket})
+  console.set_rig(service ? access_of(*service, command.socket)
                   : command.rig_file
                       ? access_of_rig_file(*rig_file, rig, rig_of_service(command.socket, console), command.socket)
                       : access_of_rig(rig, {}));

@@ -20,7 +20,6 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/designed_improvement.hpp"
-#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/flat_design.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/option_values.hpp"
@@ -77,20 +76,19 @@ DesignCommand with_rig(DesignCommand command, const Console& console) {
   }
   require_as_read(*service);
   command.rig_file = service->file;
-  command.is_of_service = true;
+  command.of_service = access_of(*service, command.socket);
   return command;
 }
 
 }  // namespace
 
 suggest::RigAccess access_of_design(const DesignCommand& command, const config::RigConfig& rig) {
-  return command.is_of_service ? access_of(DriveOptions{.socket = command.socket})
-                               : access_of_rig(rig, command.rig_file);
+  return command.of_service ? *command.of_service : access_of_rig(rig, command.rig_file);
 }
 
 std::string limits_of_design(const DesignCommand& command, const config::RigConfig& rig) {
   return fmt::format("for the limits of {}{}", rig.file_name,
-                     command.is_of_service ? ", the rig of the service; --rig names another rig file"
+                     command.of_service ? ", the rig of the service; --rig names another rig file"
                      : command.rig_file    ? ""
                                            : "; --rig names another rig file");
 }

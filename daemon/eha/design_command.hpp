@@ -19,7 +19,7 @@ struct DesignCommand {
   std::optional<std::string> experiment_file = {};           ///< none if only `model_file` is given
   std::optional<std::string> rig_file = {};                  ///< none: the service's, else the default one
   std::filesystem::path socket = control::default_socket();  ///< of the service whose rig is meant without --rig
-  bool is_of_service = false;                                ///< rig_file is the service's, which nobody named
+  std::optional<suggest::RigAccess> of_service = {};         ///< to the service's rig, whose file nobody named
   std::optional<std::filesystem::path> output = {};
   std::optional<std::string> model_file = {};  ///< --from: writes the experiment that improves this model
   std::string parameter = {};                  ///< --improve

@@ -13,6 +13,7 @@
 #include "config/file_kind.hpp"
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/eha/drive_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/record/sha256.hpp"
 #include "daemon/rig/arming.hpp"
@@ -108,6 +109,7 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
     found.change = change_since_read(status.at("rig"));
     const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
     found.is_moving = !status.at("run").is_null();
+    found.is_disarmed = status.at("reason").is_string();  // why it is not armed
     if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
       found.place_in = rod.at("displacement_in");
     }
@@ -116,6 +118,12 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
     console.debug(error.what());
     return std::nullopt;
   }
+}
+
+suggest::RigAccess access_of(const ServiceRig& service, const fs::path& socket) {
+  suggest::RigAccess rig = access_of(DriveOptions{.socket = socket});
+  rig.is_disarmed = service.is_disarmed;
+  return rig;
 }
 
 void require_as_read(const ServiceRig& service) {

@@ -8,6 +8,7 @@
 
 #include "config/rig_config.hpp"
 #include "daemon/eha/console.hpp"
+#include "daemon/suggest/commands.hpp"
 
 namespace eha::cli {
 
@@ -41,10 +42,14 @@ struct ServiceRig {
   std::optional<double> place_in;
   std::optional<FileChange> change = {};  ///< since the service read it
   bool is_moving = false;                 ///< a run is on: where the rod will stand after it is unknown
+  bool is_disarmed = false;               ///< `eha arm` comes before a motion
 };
 
 /// None if no service answers.
 [[nodiscard]] std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, const Console& console);
+
+/// How a command reaches the rig of a running service as that is now. @param socket  the service's
+[[nodiscard]] suggest::RigAccess access_of(const ServiceRig& service, const std::filesystem::path& socket);
 
 /// @throws UsageError  the service's file is not the one that it has read: other limits are in force
 void require_as_read(const ServiceRig& service);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the rod is, with and without the service, on the simulated rig.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -65,8 +66,14 @@ TEST(Design, IsForTheRigOfTheService) {
     EXPECT_NE(made.out.find("written: band.toml, for the limits of " + file + ", the rig of the service; --rig names"),
               std::string::npos)
         << made.out;
-    EXPECT_NE(made.out.find("Next: eha run band.toml --socket " + socket + "\n"), std::string::npos) << made.out;
+    EXPECT_NE(made.out.find(fmt::format("Next: eha arm --socket {0} && eha run band.toml --socket {0}\n", socket)),
+              std::string::npos)
+        << made.out;
   }
+  Client(socket).call("arm");
+  EXPECT_NE(run_eha({"check", "band.toml", "--socket", socket}, daemon.folder()).out.find("Next: eha run band.toml"),
+            std::string::npos)
+      << "it is armed already";
   const Ended shown = run_eha({"design", "band.toml", "--socket", socket}, daemon.folder());
   EXPECT_NE(shown.out.find("for the limits of " + file + ", the rig of the service"), std::string::npos) << shown.out;
   EXPECT_NE(shown.out.find("(rig: -5..1 V)"), std::string::npos) << shown.out;
