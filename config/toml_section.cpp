@@ -382,7 +382,7 @@ void Section::volts_file(std::string_view key, VoltsFile& target) {
   const Position position = document_->positions.at(key_path);
   if (document_->named_files == NamedFiles::refuse) {
     document_->issues.add_text(position, key_path,
-                               fmt::format("\"{}\" was not sent with the experiment: the service receives the "
+                               fmt::format("\"{}\" is not sent with the experiment: the service receives the "
                                            "experiment's text only; play it with --local",
                                            shortened(target.name, 60)));
     return;

@@ -199,7 +199,8 @@ void report_experiment(const CheckCommand& command, const config::ExperimentConf
     }
     return;
   }
-  console.next_step(suggest::run(rig ? console.rig() : simulated_access(command.rig_file), {command.file}));
+  console.next_step(rig ? run_of(experiment, *rig, console.rig(), console)
+                        : suggest::run(simulated_access(command.rig_file), {command.file}));
 }
 
 ExitCode execute(const CheckCommand& command, Console& console) {

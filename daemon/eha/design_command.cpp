@@ -89,8 +89,8 @@ suggest::RigAccess access_of_design(const DesignCommand& command, const config::
 std::string limits_of_design(const DesignCommand& command, const config::RigConfig& rig) {
   return fmt::format("for the limits of {}{}", rig.file_name,
                      command.of_service ? ", the rig of the service; --rig names another rig file"
-                     : command.rig_file    ? ""
-                                           : "; --rig names another rig file");
+                     : command.rig_file ? ""
+                                        : "; --rig names another rig file");
 }
 
 std::string written_for(const std::filesystem::path& file, const DesignCommand& command, const config::RigConfig& rig) {
@@ -164,7 +164,7 @@ ExitCode execute(const DesignCommand& given, Console& console) {
   }
   if (const auto sentence = config::off_grid_tones(experiment)) console.warning(*sentence);
   if (command.output) console.print(fmt::format("written: {}", command.output->string()));
-  console.next_step(suggest::run(access_of_design(command, rig), {experiment_file}));
+  console.next_step(run_of(experiment, rig, access_of_design(command, rig), console));
   return ExitCode::ok;
 }
 

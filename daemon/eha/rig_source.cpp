@@ -126,6 +126,20 @@ suggest::RigAccess access_of(const ServiceRig& service, const fs::path& socket) 
   return rig;
 }
 
+std::string run_of(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                   const suggest::RigAccess& access, const Console& console) {
+  const std::vector<std::string> files{experiment.file_name};
+  if (access.is_local) return suggest::run(access, files);
+  try {
+    static_cast<void>(config::parse_experiment(experiment.text, experiment.file_name, config::NamedFiles::refuse));
+    return suggest::run(access, files);
+  } catch (const ConfigError& error) {
+    console.warning(error.what());
+  }
+  if (!hal::moves_machine(rig.backend)) return suggest::run(simulated_access(rig_name(rig.file_name)), files);
+  return "sudo systemctl stop ehad && " + suggest::run({.is_local = true, .rig_file = rig_name(rig.file_name)}, files);
+}
+
 void require_as_read(const ServiceRig& service) {
   if (!service.change) return;
   throw UsageError(

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "config/experiment_config.hpp"
 #include "config/rig_config.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/suggest/commands.hpp"
@@ -50,6 +51,11 @@ struct ServiceRig {
 
 /// How a command reaches the rig of a running service as that is now. @param socket  the service's
 [[nodiscard]] suggest::RigAccess access_of(const ServiceRig& service, const std::filesystem::path& socket);
+
+/// `eha run` of an experiment file. A service is sent the text alone: one that names a file of volts is played in this
+/// process, which is warned of; a machine's service releases the device before.
+[[nodiscard]] std::string run_of(const config::ExperimentConfig& experiment, const config::RigConfig& rig,
+                                 const suggest::RigAccess& access, const Console& console);
 
 /// @throws UsageError  the service's file is not the one that it has read: other limits are in force
 void require_as_read(const ServiceRig& service);

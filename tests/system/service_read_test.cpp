@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -47,6 +48,27 @@ TEST(Read, SeesTheRodOfARigThatIsNotDriven) {
   EXPECT_NE(read.out.find("not armed (ehad has started)"), std::string::npos) << read.out;
   const Ended status = run_eha({"status", "--socket", daemon.socket()}, daemon.folder());
   EXPECT_NE(status.out.find("0.150 [===="), std::string::npos) << status.out;
+}
+
+TEST(Check, LeadsFromAFileOfVoltsToALocalRun) {
+  Daemon daemon;
+  daemon.start();
+  const std::string socket = daemon.socket().string();
+  std::string volts = "voltage_V\n";
+  for (int tick = 0; tick < 4000; ++tick) volts += fmt::format("{}\n", 1e-3 * std::min(tick, 4000 - tick));
+  std::ofstream(daemon.folder() / "volts.csv") << volts;
+  std::ofstream(daemon.folder() / "steps.toml")
+      << "schema = 1\nname = \"steps\"\nduration_s = 4.0\n[excitation]\nkind = \"table\"\nfile = \"volts.csv\"\n";
+  const std::string reason =
+      "steps.toml:6:8: excitation.file: \"volts.csv\" is not sent with the experiment: the service receives the "
+      "experiment's text only; play it with --local";
+  for (const char* command : {"check", "design"}) {
+    const Ended ended = run_eha({command, "steps.toml", "--socket", socket}, daemon.folder());
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_NE(ended.err.find(reason), std::string::npos) << ended.err;
+    EXPECT_NE(ended.out.find("Next: eha run steps.toml --local --fast --rig rig.toml\n"), std::string::npos)
+        << ended.out;
+  }
 }
 
 TEST(Design, IsForTheRigOfTheService) {

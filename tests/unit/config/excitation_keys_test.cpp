@@ -139,7 +139,7 @@ TEST_F(TableFile, IsNoPipeWhichNobodyMayWriteTo) {
 TEST_F(TableFile, IsNotLookedForWhereOnlyTheTextWasSent) {
   const std::string text = with_excitation("kind = \"table\"\nfile = \"/etc/passwd\"\n");
   EXPECT_EQ(faults_of(text), (std::vector<std::string>{
-                                 "e.toml:6:8: excitation.file: \"/etc/passwd\" was not sent with the experiment: the "
+                                 "e.toml:6:8: excitation.file: \"/etc/passwd\" is not sent with the experiment: the "
                                  "service receives the experiment's text only; play it with --local"}));
   const ExperimentConfig over = parse_experiment(text, "run.json", NamedFiles::leave);
   EXPECT_TRUE(std::get<ident::Table>(over.played()->excitation.kind).file.volts_V.empty());
