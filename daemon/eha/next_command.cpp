@@ -27,6 +27,7 @@
 #include "daemon/record/manifest.hpp"
 #include "daemon/record/own_file.hpp"
 #include "daemon/record/run_folder.hpp"
+#include "daemon/record/run_summary.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "daemon/report/report.hpp"
 #include "hal/backends/backend.hpp"
@@ -271,6 +272,29 @@ std::optional<fs::path> recommended_model(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return std::nullopt;
   return file;
+}
+
+std::string why_no_model(const fs::path& folder) {
+  const record::Manifest manifest = record::read_manifest(folder);
+  const std::string name = folder.string();
+  const std::string show = "`eha runs show " + shell_word(name) + "`";
+  std::error_code ignored;
+  const fs::path models = folder / record::kModelsFolder;
+  const bool has_models = std::any_of(fs::directory_iterator(models, ignored), fs::directory_iterator(),
+                                      [](const fs::directory_entry& file) { return file.is_regular_file(); });
+  if (has_models) {
+    return fmt::format("{}: this run recommends none of its models, {} says why; name one of {}", name, show,
+                       models.string());
+  }
+  if (manifest.outcome && acquisition::is_whole(*manifest.outcome)) {
+    return fmt::format("{}: this run recommends no model, {} shows what it has; name a run of an experiment", name,
+                       show);
+  }
+  const std::string fault = record::summary_of(name, manifest).fault;
+  return fmt::format(
+      "{}: the run did not end as planned ({}) and has no model, {} says how; {}", name,
+      fault.empty() ? record::outcome_text(manifest) : fault, show,
+      record::purpose_of(manifest) == record::Purpose::models ? partial_record_text(folder) : kept_record_text(folder));
 }
 
 ident::NextStep first_of_run(const fs::path& folder) {

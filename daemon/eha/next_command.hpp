@@ -99,6 +99,9 @@ enum class InForce { arm, read };
 /// Returns the file of a run's recommended model; nothing if it recommends none. @param folder  a run's
 [[nodiscard]] std::optional<std::filesystem::path> recommended_model(const std::filesystem::path& folder);
 
+/// Why a run without a recommended model has none, and what gives one.
+[[nodiscard]] std::string why_no_model(const std::filesystem::path& folder);
+
 /// What ident::next_step() names first of a run's models; none where the caller may not read them.
 [[nodiscard]] ident::NextStep first_of_run(const std::filesystem::path& folder);
 

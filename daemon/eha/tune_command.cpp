@@ -142,11 +142,7 @@ ExitCode execute(const TuneCommand& given, Console& console) {
   TuneCommand command = given;
   if (record::is_run_folder(command.model_file)) {
     const auto model_file = recommended_model(command.model_file);
-    if (!model_file) {
-      throw DataError(fmt::format(
-          "{}: this run recommends no model; name a run of an experiment, or one of the models of {}/models",
-          command.model_file, command.model_file));
-    }
+    if (!model_file) throw DataError(why_no_model(command.model_file));
     command.model_file = model_file->string();
   }
   refuse_existing(command.output);

@@ -117,6 +117,24 @@ TEST(Simulate, WritesAFileOrOneJsonDocument) {
   EXPECT_EQ(json::parse(document.out).at("output").size(), 3U);
 }
 
+TEST(Tune, SaysOfARunWithoutAModelHowItEnded) {
+  const TemporaryFolder folder;
+  folder.write("trip.toml",
+               "schema = 1\nname = \"trip\"\nduration_s = 20.0\n[excitation]\nkind = \"step\"\namplitude_V = 4.0\n"
+               "hold_s = 0.5\n");
+  const Ended tripped = run_eha({"run", "trip.toml", "--local", "--fast", "--accept-travel-risk", "--rig",
+                                 source_file("config/rigs/sim.toml"), "--output", "r"},
+                                folder.path());
+  ASSERT_EQ(tripped.code, static_cast<int>(ExitCode::safety_trip)) << tripped.err;
+  const std::string run = "r/" + fs::directory_iterator(folder.path() / "r")->path().filename().string();
+  const Ended refused = run_eha({"tune", run}, folder.path());
+  EXPECT_EQ(refused.code, static_cast<int>(ExitCode::bad_data));
+  for (const std::string& part : {std::string("the run did not end as planned (travel_limit) and has no model"),
+                                  "`eha runs show " + run + "` says how", "`eha fit " + run + "` fits it"}) {
+    EXPECT_NE(refused.err.find(part), std::string::npos) << part << refused.err;
+  }
+}
+
 TEST(Check, AcceptsEveryShippedFile) {
   const TemporaryFolder folder;
   std::string rig = content_of(source_file("config/rigs/pci1716.toml"));
