@@ -183,7 +183,7 @@ class ConflictSearch {
       add("track.controller",
           fmt::format(
               "a controller for {}, the rig of {}; name the rig file of the controller's rig with --rig, or make "
-              "another controller: `eha tune`",
+              "another controller of a run of this rig: `eha run EXPERIMENT`, then `eha tune NEWRUN`",
               rig_.name, rig_.file_name),
           fmt::format("one for {}", controller.provenance.rig));
       return;

@@ -358,6 +358,11 @@ ExitCode run_through_service(const RunCommand& command, Console& console) {
   const Json status = client.call("status");
   const Json& rig = status.at("rig");
   warn_if_edited(rig, command.socket, console);
+  if (!command.controller_file.empty()) {  // made anew for the rig file in force, not for that of the model's run
+    suggest::RigAccess access = console.rig();
+    access.rig_file = rig.at("file");
+    console.set_rig(std::move(access));
+  }
   const std::string units = rig.value("units", "");
   const TravelRisk risk = command.accept_travel_risk ? TravelRisk::accept : TravelRisk::refuse;
   std::optional<double> ruler_in;

@@ -16,7 +16,7 @@ struct RigAccess {
   bool is_local = false;                      ///< in the user's own process instead of through ehad
   bool is_fast = false;                       ///< in virtual time
   bool is_disarmed = false;                   ///< without is_local: `eha arm` comes before a motion
-  std::string rig_file = {};                  ///< with is_local; empty: the default one
+  std::string rig_file = {};                  ///< with is_local and of `eha tune`; empty: the default one
   std::string socket = {};                    ///< of the service; empty: the default one
   std::string output = {};                    ///< with is_local: parent of run folders; empty: the default one
   bool allows_non_realtime = false;           ///< with is_local

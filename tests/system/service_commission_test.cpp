@@ -43,6 +43,16 @@ TEST(ServiceCommission, StopsForTheRigFileAndGoesOnOnceItIsInstalled) {
   EXPECT_THAT(second.out, HasSubstr("the axis keeps the controller's promise"));
   EXPECT_THAT(second.out, Not(HasSubstr("$ eha characterise"))) << "the valve was measured before";
   EXPECT_TRUE(fs::exists(bench.path() / "commission" / "report.html"));
+  std::string narrower = content_of(daemon.rig_file());
+  const std::string limit = "\ntravel_max_in = 5.75 ";
+  narrower.replace(narrower.find(limit), limit.size(), "\ntravel_max_in = 5.5 ");
+  std::ofstream(daemon.rig_file()) << narrower;
+  client.call("disarm");
+  client.call("reload");
+  client.call("arm");
+  const Ended refused = run_eha({"track", "commission/axis.toml", "--socket", daemon.socket(), "--fast"}, bench.path());
+  EXPECT_THAT(refused.err, HasSubstr("make it anew: `eha tune "));
+  EXPECT_THAT(refused.err, HasSubstr(" --rig " + daemon.rig_file().string() + "`")) << "the limits in force";
   bool ended_early = false;
   for (const auto& run : manifests_of(daemon.runs()))
     ended_early = ended_early || run.at("outcome") == "precise_enough";
