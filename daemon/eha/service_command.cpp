@@ -200,7 +200,7 @@ void print_numbers(const Json& numbers, const char* done, const char* none, cons
 }
 
 /// Prints an answer, and the next step.
-/// @param way  for arm: command that moves a rod near a limit to mid-travel
+/// @param way  for arm: what comes before any experiment, as the move of a rod near a limit; empty: nothing
 void print_answer(const ServiceCommand& command, const Json& answer, const std::string& way, const Console& console) {
   const auto next = [&](const char* what) { console.next_step(through(command.socket, what)); };
   if (command.method == "arm") {
@@ -220,10 +220,10 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     // Which of the rig's limits it reaches from where the rod stands is not known here.
     const std::string check_any = "eha check " + shell_word(an_experiment());
     if (!run.empty() && way.empty()) return;  // what is held may end like it
-    next(!way.empty()                                   ? way.c_str()
-         : !answer.value("held", Json::array()).empty() ? "eha queue release"
-         : answer.value("characterised", true)          ? check_any.c_str()
-                                                        : "eha characterise -o rig-new.toml");
+    if (!way.empty()) return console.next_step(way);
+    next(!answer.value("held", Json::array()).empty() ? "eha queue release"
+         : answer.value("characterised", true)        ? check_any.c_str()
+                                                      : "eha characterise -o rig-new.toml");
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
     next("eha status");
@@ -342,8 +342,16 @@ ExitCode call_method(Client& client, const ServiceCommand& command, std::optiona
     const DisplayUnit unit = console.unit(rig.value("units", ""));
     if (status.at("run").is_null()) {
       way = way_to_middle(status.at("rod"), unit);
+      if (!way.empty()) way = through(command.socket, way);
       for (const NamedText& line : rod_lines(status.at("rod"), unit)) {
         if (line.name == "WARNING") console.warning(line.text);
+      }
+      if (const auto change =
+              change_since_read(rig)) {  // no experiment is checked, and with narrower limits none begins
+        way = change->first.empty()
+                  ? fmt::format("{} && {} && {}", through(command.socket, "eha disarm"),
+                                through(command.socket, "eha reload"), through(command.socket, "eha arm"))
+                  : "eha check " + shell_word(rig.at("file").get<std::string>());
       }
     }
   }

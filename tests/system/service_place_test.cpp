@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The rod to a place, through the service and without it, on the simulated rig.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -67,6 +68,11 @@ TEST_F(ServicePlace, NamesTheMeasurementOfTheValveFirst) {
   ASSERT_NE(following, std::string::npos) << rig;
   rig.erase(following, rig.find("\n[", following + 1) - following);
   std::ofstream(daemon_.rig_file()) << rig;
+  EXPECT_NE(eha({"arm"}).out.find(fmt::format("Next: eha disarm --socket {0} && eha reload --socket {0} && eha arm "
+                                              "--socket {0}\n",
+                                              daemon_.socket().string())),
+            std::string::npos)
+      << "the file is not what is in force";
   ASSERT_EQ(eha({"disarm"}).code, 0);
   const std::string paper = EHA_SOURCE_DIR "/config/experiments/paper.toml";
   const Ended early = eha({"check", paper});
