@@ -122,6 +122,7 @@ std::string result_text(const Json& entry) {
   if (state == "fitting" && entry.contains("fitting_s")) {
     return fmt::format("for {} so far", duration_text(entry.at("fitting_s").get<double>()));
   }
+  if (state == "cancelled") return verdict_text(entry);
   if (state != "over") return progress_text(entry);
   const std::string outcome = entry.value("outcome", "");
   const std::string note = entry.value("note", "");
@@ -149,7 +150,7 @@ Wait wait_of(const std::string& waits_for) {
 namespace {
 
 /// Indices of the entries as they are listed: the last five that are over, by when their runs began, then the others by
-/// their places in the queue. One that was refused stands before the latest run of a lower number.
+/// their places in the queue. One that was refused or cancelled stands before the latest run of a lower number.
 std::vector<std::size_t> listed(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
   std::vector<std::pair<std::string, std::size_t>> over;
@@ -159,13 +160,13 @@ std::vector<std::size_t> listed(const Json& entries) {
     const std::string state = entries[i].at("state");
     const std::string run = entries[i].value("run", "");
     latest = std::max(latest, run);
-    if (state == "over") {
+    if (state == "over" || state == "cancelled") {
       over.emplace_back(run.empty() ? latest : run, i);
-    } else if (state != "cancelled") {
+    } else {
       others.push_back(i);
     }
   }
-  // At one place those that were refused come first: of them nothing was played.
+  // At one place those without a run come first: of them nothing was played.
   std::stable_sort(over.begin(), over.end(), [&](const auto& a, const auto& b) {
     const auto has_run = [&](std::size_t i) { return !entries[i].value("run", "").empty(); };
     return std::pair(a.first, has_run(a.second)) < std::pair(b.first, has_run(b.second));
