@@ -266,11 +266,12 @@ std::vector<std::string> parameter_names(const Table& table) {
 std::string csv_of(const Row& row, const Json& model, const std::vector<std::string>& names, bool is_recommended) {
   const Json verdict = model.value("verdict", Json::object());
   const Json validation = model.value("validation", Json::object());
-  std::string line = fmt::format(
-      "{},{},{},{},{},{},{},{}", record::csv_name(row.record.id), record::csv_name(row.record.source),
-      record::csv_name(model.at("name").get<std::string>()), is_recommended ? "yes" : "no",
-      record::csv_name(verdict.value("grade", std::string())), verdict.value("accepted", false) ? "yes" : "no",
-      number(validation.value("fit_percent", Json())), number(validation.value("r2_percent", Json())));
+  std::string line =
+      fmt::format("{},{},{},{},{},{},{},{}", record::csv_name(row.record.id), record::csv_name(row.record.source),
+                  record::csv_name(model.at("name").get<std::string>()), is_recommended ? "yes" : "no",
+                  record::csv_name(verdict.value("word", verdict.value("grade", std::string()))),
+                  verdict.value("accepted", false) ? "yes" : "no", number(validation.value("fit_percent", Json())),
+                  number(validation.value("r2_percent", Json())));
   for (const std::string& name : names) {
     const Json& parameters = model.at("parameters");
     const auto found =

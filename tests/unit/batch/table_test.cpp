@@ -133,6 +133,15 @@ TEST(BatchTable, NamesARunOfALinkByItsOwnName) {
   EXPECT_EQ(found.records[1].id, "0002-20261126T101500Z-b");
 }
 
+TEST(BatchTable, HasTheWordsOfTheTablesForVerdicts) {
+  const test::TemporaryFolder folder;
+  Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152}, {}, folder.path());
+  table.rows[0].fit["models"][0]["verdict"]["word"] = "outdone";
+  const std::string csv = to_csv(table);
+  EXPECT_NE(csv.find(",io_valve,yes,outdone,yes,"), std::string::npos) << csv;
+  EXPECT_NE(csv.find(",io_valve,yes,good,yes,"), std::string::npos) << csv;
+}
+
 TEST(BatchTable, GivesUnitsAndNoPluralOfOne) {
   const Outlier one{.parameter = "null", .value = 0.4, .median = 0.3, .half_width = 0.05, .unit = "V"};
   EXPECT_EQ(outlier_text(one), "null is 0.4 V, more than 0.05 V from the median of all, 0.3 V");
