@@ -256,9 +256,8 @@ class RunsAnswer {
       // Of two runs it is what to do.
       if (out_.subjects.size() > 2) found_ += "  " + with_commands(cause, sources_, {i}) + "\n";
     }
-    found_ += "  " + holds + "\n  " + report::tested_sentence(change) + "\n" + table_of(first, subject);
+    found_ += "  " + holds + "\n  " + report::tested_sentence(change, {&subject, 1}) + "\n" + table_of(first, subject);
     out_.findings.sentences.push_back(holds);
-    if (i == 1) out_.findings.sentences.push_back(report::tested_sentence(change));
   }
 
   void put_together() {
@@ -268,6 +267,9 @@ class RunsAnswer {
     out_.findings.heading = report::outcome_of_all(out_.subjects);
     out_.findings.is_alike = std::all_of(out_.subjects.begin() + 1, out_.subjects.end(), report::is_alike);
     out_.text = out_.findings.heading + "\n" + out_.text + found_;
+    if (const ident::PlantChange& change = *comparison_.runs[1].change; !out_.subjects[1].unfit) {
+      out_.findings.sentences.push_back(report::tested_sentence(change, out_.subjects));
+    }
     out_.findings.sentences.push_back(
         fmt::format("At most {:g} % false alarms for all parameters and runs together.", 100.0 * ident::kFalseAlarm));
     for (const std::string& note : comparison_.notes) out_.findings.sentences.push_back(note);

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -90,8 +91,9 @@ struct ComparedSubject {
 /// "holds" or "does not hold", for the tables.
 [[nodiscard]] std::string first_model_word(const ComparedSubject& subject);
 
-/// "Tested: null, dead_band, K, a1; not tested: what these do not describe, as friction, leaks or noise."
-[[nodiscard]] std::string tested_sentence(const ident::PlantChange& change);
+/// "Tested: null, dead_band, K, a1. Not tested: what these do not describe, as friction, leaks or noise.", without what
+/// the subjects name as found. @param change  of one of them
+[[nodiscard]] std::string tested_sentence(const ident::PlantChange& change, std::span<const ComparedSubject> subjects);
 
 /// Result of a comparison.
 struct ComparisonFindings {

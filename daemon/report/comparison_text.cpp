@@ -226,12 +226,28 @@ std::string first_model_word(const ComparedSubject& subject) {
   return subject.first_model_holds ? "holds" : "does not hold";
 }
 
-std::string tested_sentence(const ident::PlantChange& change) {
+std::string tested_sentence(const ident::PlantChange& change, std::span<const ComparedSubject> subjects) {
   std::vector<std::string> names;
   for (const ident::ParameterChange& p : change.parameters) names.push_back(p.name);
+  const auto names_none = [&](const auto& is_named) {
+    return std::none_of(subjects.begin(), subjects.end(), is_named);
+  };
+  std::vector<std::string> others;
+  if (names_none([](const ComparedSubject& s) { return s.map_cause == MapCause::friction; })) {
+    others.emplace_back("friction");
+  }
+  if (names_none([](const ComparedSubject& s) {
+        return s.is_tight || s.map_cause == MapCause::leak || s.map_cause == MapCause::leak_and_valve;
+      })) {
+    others.emplace_back("leaks");
+  }
+  if (names_none([](const ComparedSubject& s) { return !s.noise.empty(); })) others.emplace_back("noise");
+  std::string as = fmt::format("{}", fmt::join(others, ", "));
+  if (const std::size_t last = as.rfind(", "); last != std::string::npos) as.replace(last, 2, " or ");
   return fmt::format(
-      "Tested: {}. Not tested: what these do not describe, as friction, leaks or noise.",
-      names.empty() ? "nothing, as no parameter of both is estimated" : fmt::format("{}", fmt::join(names, ", ")));
+      "Tested: {}. Not tested: what these do not describe{}{}.",
+      names.empty() ? "nothing, as no parameter of both is estimated" : fmt::format("{}", fmt::join(names, ", ")),
+      as.empty() ? "" : ", as ", as);
 }
 
 std::vector<std::string> titles_of(const std::vector<std::string>& paths) {

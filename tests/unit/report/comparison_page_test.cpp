@@ -302,5 +302,21 @@ TEST(ComparisonPage, ReadsNoChangeOfTheGainIntoPicturesWhereTheDeadBandAloneChan
   EXPECT_NE(page().find("A lower speed is a lower gain"), std::string::npos);
 }
 
+TEST(ComparisonText, CallsNothingUntestedThatItNames) {
+  const ident::Model model = model_named("io_valve", ident::Grade::good, 99.0);
+  ident::PlantChange change;
+  change.parameters = {{.name = "null", .role = ident::ParameterRole::valve_null, .half_width = 0.01}};
+  std::vector<ComparedSubject> subjects{{.label = "base", .model = model}, {.label = "after", .model = model}};
+  EXPECT_EQ(tested_sentence(change, subjects),
+            "Tested: null. Not tested: what these do not describe, as friction, leaks or noise.");
+  subjects[1].noise = "the output is noisier";
+  EXPECT_EQ(tested_sentence(change, subjects),
+            "Tested: null. Not tested: what these do not describe, as friction or leaks.");
+  subjects[0].map_cause = MapCause::leak_and_valve;
+  EXPECT_EQ(tested_sentence(change, subjects), "Tested: null. Not tested: what these do not describe, as friction.");
+  subjects[1].map_cause = MapCause::friction;
+  EXPECT_EQ(tested_sentence(change, subjects), "Tested: null. Not tested: what these do not describe.");
+}
+
 }  // namespace
 }  // namespace eha::report
