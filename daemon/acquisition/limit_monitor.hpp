@@ -18,6 +18,9 @@ struct Breach {
   Fault fault = Fault::none;
   double value = 0.0;  ///< in the unit of the limit
   double limit = 0.0;
+  // Of no_motion, where they are known: the command and for how long it has asked for motion.
+  double driven_V = 0.0;
+  double driven_s = 0.0;
 };
 
 /// Checks every reading against the rig's limits and the valid band of its sensor. Real-time safe; cost: one pass over

@@ -22,22 +22,29 @@ constexpr double kNoRod = 3.0;  // times the velocity limit: a reading that jump
 
 /// Motion below it is of a sensor's noise and resolution.
 constexpr double kNoMotion_in = 0.0005;
+constexpr double kNothing_in = 0.0001;      // is shown as 0
 constexpr double kMostTrembling_in = 0.02;  // of a reading that stands still
 
 constexpr const char* kAnew =
     "`eha characterise --without-following -o rig-bare.toml` and its Next measure [following] anew";
 
-/// A closed loop drove the rod, which did not move as it must. @param moved_in  towards the command   @param due_in
-/// [in]
-std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit& unit) {
+/// A closed loop drove the rod, which did not move as it must: value is what it moved towards the command, limit what
+/// was due [in].
+std::string describe_no_motion(const FaultReport& fault, const DisplayUnit& unit) {
+  const double moved_in = fault.value;
+  const double due_in = fault.limit;
+  const std::string drove = fault.driven_s > 0.0
+                                ? fmt::format("a closed loop drove the rod for {:.2g} s, at last with {:+.2f} V",
+                                              fault.driven_s, fault.driven_V)
+                                : "a closed loop drove the rod";
   const double factor = unit.factor("in");
   const std::string length = unit.of("in");
   if (moved_in > std::max(due_in, kNoMotion_in)) {
     return fmt::format(
-        "a closed loop drove the rod, and the sensor shows {0:.2g} {2} of motion where {1:.2g} {2} were due: not the "
+        "{4}, and the sensor shows {0:.2g} {2} of motion where {1:.2g} {2} were due: not the "
         "motion of its volts; likely, in this order: the sensor or its wire is loose, so that the reading jumps, a "
         "load moves the rod: see that `eha read` follows the rod and stands while it stands; if it does, {3}",
-        factor * moved_in, factor * due_in, length, kAnew);
+        factor * moved_in, factor * due_in, length, kAnew, drove);
   }
   // Noise of a reading that stands still does not go back further than the way that was due.
   if (moved_in < -std::clamp(due_in, kNoMotion_in, kMostTrembling_in)) {
@@ -46,16 +53,16 @@ std::string describe_no_motion(double moved_in, double due_in, const DisplayUnit
                               : fmt::format("{:.2g} {} the other way where {:.2g} {} were due", -factor * moved_in,
                                             length, factor * due_in, length);
     return fmt::format(
-        "a closed loop drove the rod, and the sensor shows {}; likely, in this order: the null of [following] in the "
+        "{}, and the sensor shows {}; likely, in this order: the null of [following] in the "
         "rig file is wrong, the sign of valve or sensor is, the sensor's wire is open: see that `eha read` follows the "
         "rod; if it does, {}",
-        shown, kAnew);
+        drove, shown, kAnew);
   }
   return fmt::format(
-      "a closed loop drove the rod, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
+      "{4}, and it moved {0:.2g} {2} where {1:.2g} {2} were due; look, in this order: "
       "hydraulics on and under pressure, valve plugged in, rod off its end stops, sensor on (`eha read` follows the "
       "rod), oil past the piston{3}",
-      factor * std::max(0.0, moved_in), factor * due_in, length, kWrongNull);
+      moved_in < kNothing_in ? 0.0 : factor * moved_in, factor * due_in, length, kWrongNull, drove);
 }
 
 std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
@@ -157,7 +164,7 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
           "the displacement sensor gives {:.3f} V, beyond the {:.3f} V of a sound one; check the sensor and its cable",
           value, limit);
     case Fault::no_motion:
-      return describe_no_motion(value, limit, unit);
+      return describe_no_motion(report, unit);
     case Fault::not_in_place:
       if (value < limit) {
         return fmt::format(

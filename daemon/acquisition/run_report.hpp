@@ -53,6 +53,8 @@ struct FaultReport {
   double value = 0.0;                          ///< measured, in the unit of the limit
   double limit = 0.0;                          ///< allowed
   bool has_jumped = false;                     ///< by then the reading had left the rod's place, whatever ended the run
+  double driven_V = 0.0;                       ///< of no_motion: as of Breach
+  double driven_s = 0.0;                       ///< of no_motion; 0: not known
 };
 
 /// Closest approach of a run to a limit of the rig.

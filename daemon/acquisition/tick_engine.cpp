@@ -219,6 +219,8 @@ void TickEngine::decide(const TickInputs& inputs) noexcept {
   const bool is_played = machine_.state() == State::ramp_in || machine_.state() == State::running;
   if (const Breach breach = is_played ? source_.breach() : Breach{}; breach.fault != Fault::none) {
     trip(breach.fault, breach.value, breach.limit);
+    fault_.driven_V = breach.driven_V;
+    fault_.driven_s = breach.driven_s;
     return;
   }
   switch (machine_.state()) {

@@ -90,7 +90,7 @@ double Explorer::voltage_V(const hal::RigReading& last) noexcept {
   filter(last.displacement_in);
   monitor_.note(command_V_, last.displacement_in);
   if (std::abs(speed_in_per_s_) > kFastest_in_per_s)
-    trip(Fault::loop_speed, std::abs(speed_in_per_s_), kFastest_in_per_s);
+    trip({Fault::loop_speed, std::abs(speed_in_per_s_), kFastest_in_per_s});
   while (leg_ < legs_ && direction_ * (targets_in_[leg_] - filtered_in_) <= 0.0) {
     ++leg_;
     begin_leg();
@@ -121,13 +121,13 @@ void Explorer::probe(double place_in) noexcept {
     case Probe::Result::none:
       return;
     case Probe::Result::unseen:
-      trip(Fault::no_motion, probe_.moved_in(), probe_.least_in());
+      trip({Fault::no_motion, probe_.moved_in(), probe_.least_in()});
       return;
     case Probe::Result::backwards:
-      trip(Fault::unexplained_motion, -probe_.moved_in(), probe_.least_in());
+      trip({Fault::unexplained_motion, -probe_.moved_in(), probe_.least_in()});
       return;
     case Probe::Result::unsteady:
-      trip(Fault::unexplained_motion, probe_.moved_in(), probe_.least_in());
+      trip({Fault::unexplained_motion, probe_.moved_in(), probe_.least_in()});
       return;
     case Probe::Result::seen:
       seen_V_[direction_ > 0.0 ? 0 : 1] = std::min(most_V_, direction_ * (about_V - safe_V_) + probe_.seen_V());
@@ -192,7 +192,7 @@ void Explorer::learn(double speed) noexcept {
 void Explorer::check() noexcept {
   const double way_in = direction_ * (filtered_in_ - from_in_);
   best_in_ = std::max(best_in_, way_in);
-  if (way_in < -kBackwards_in) trip(Fault::unexplained_motion, -way_in, kBackwards_in);
+  if (way_in < -kBackwards_in) trip({Fault::unexplained_motion, -way_in, kBackwards_in});
   still_s_ += period_s_;
   if (best_in_ - still_from_in_ > kProgress_in) {
     still_from_in_ = best_in_;
@@ -201,17 +201,19 @@ void Explorer::check() noexcept {
   }
   const bool is_at_most = std::abs(command_V_ - safe_V_) >= 0.999 * most_V_;
   if ((best_in_ > kMoves_in && still_s_ > kStandstill_s) || (is_at_most && still_s_ > kAtMost_s)) {
-    trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
+    trip({Fault::no_motion, best_in_ - still_from_in_, kProgress_in, command_V_, still_s_});
   }
   const bool is_known = slow_s_[direction_ > 0.0 ? 0 : 1] >= kKnownSlowly_s;
-  if (due_s_ > (is_known ? kDue_s : kDueAfterPulse_s)) trip(Fault::no_motion, best_in_ - still_from_in_, kProgress_in);
+  if (due_s_ > (is_known ? kDue_s : kDueAfterPulse_s)) {
+    trip({Fault::no_motion, best_in_ - still_from_in_, kProgress_in, command_V_, due_s_});
+  }
   elapsed_s_ += period_s_;
   if (elapsed_s_ > config::kLongestExploring_s)
-    trip(Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0);
+    trip({Fault::not_in_place, std::abs(targets_in_[leg_] - filtered_in_), 0.0});
 }
 
-void Explorer::trip(Fault fault, double value, double limit) noexcept {
-  if (breach_.fault == Fault::none) breach_ = {fault, value, limit};
+void Explorer::trip(const acquisition::Breach& breach) noexcept {
+  if (breach_.fault == Fault::none) breach_ = breach;
 }
 
 }  // namespace eha::place

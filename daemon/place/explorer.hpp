@@ -73,7 +73,7 @@ class Explorer {
   [[nodiscard]] bool is_motion_due() const noexcept;
   void learn(double speed_in_per_s) noexcept;
   void check() noexcept;
-  void trip(acquisition::Fault fault, double value, double limit) noexcept;
+  void trip(const acquisition::Breach& breach) noexcept;
   [[nodiscard]] double change_V_per_s(double speed_in_per_s, double wanted_in_per_s, bool is_inside) noexcept;
 
   double lowest_wanted_in_;

@@ -125,7 +125,7 @@ void LoopMonitor::take(const hal::RigReading& last, bool may_be_still) noexcept 
   speed_in_per_s_ += weight_ * (moved_in / period_s_ - speed_in_per_s_);
   if (elapsed_s_ <= bounds_.pressure_delay_s) return;
   if (may_be_still) {
-    missing_in_ = {};
+    missing_in_ = due_in_ = due_s_ = {};
     return;
   }
   check_motion(moved_in);
@@ -167,7 +167,7 @@ void LoopMonitor::check_speed(double place_in) noexcept {
   const double speed = std::abs(slope) / period_s_;
   const double error = std::sqrt(residual_in2 / spread) / period_s_;
   if (speed - kSpeedErrors * error > bounds_.speed_limit_in_per_s) {
-    trip(Fault::loop_speed, speed, bounds_.speed_limit_in_per_s);
+    trip({Fault::loop_speed, speed, bounds_.speed_limit_in_per_s});
   }
 }
 
@@ -185,14 +185,19 @@ void LoopMonitor::check_motion(double moved_in) noexcept {
   const double due_in = bounds_.least_gain_in_per_V_s * outside_V * period_s_;
   missing_in_[i] = std::max(0.0, missing_in_[i] + due_in - direction * moved_in);
   due_in_[i] = missing_in_[i] > 0.0 ? due_in_[i] + due_in : 0.0;
-  if (missing_in_[i] > least_motion_in()) trip(Fault::no_motion, due_in_[i] - missing_in_[i], due_in_[i]);
+  due_s_[i] = missing_in_[i] > 0.0 ? due_s_[i] + period_s_ : 0.0;
+  if (missing_in_[i] > least_motion_in()) {
+    trip({Fault::no_motion, due_in_[i] - missing_in_[i], due_in_[i], command_V_, due_s_[i]});
+  }
 }
 
 void LoopMonitor::check_saturation() noexcept {
   if (saturated_s_ <= period_s_) saturated_from_in_ = filtered_in_;
   if (saturated_s_ < kSaturated_s) return;
   const double moved_in = std::copysign(1.0, command_V_ - bounds_.null_V) * (filtered_in_ - saturated_from_in_);
-  if (moved_in < least_motion_in()) trip(Fault::no_motion, moved_in, least_motion_in());
+  if (moved_in < least_motion_in()) {
+    trip({Fault::no_motion, moved_in, least_motion_in(), command_V_, saturated_s_});
+  }
   saturated_s_ = 0.0;
 }
 
@@ -207,15 +212,15 @@ void LoopMonitor::compare_speed() noexcept {
   const double most = kFastShare * gain * std::max(0.0, outside_V + kValveError_V) + kFastFloor_in_per_s;
   slow_s_ = least > 0.0 && speed < least ? slow_s_ + period_s_ : 0.0;
   fast_s_ = speed > most ? fast_s_ + period_s_ : 0.0;
-  if (slow_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, least);
-  if (fast_s_ > kWrongSpeed_s) trip(Fault::wrong_speed, speed, most);
+  if (slow_s_ > kWrongSpeed_s) trip({Fault::wrong_speed, speed, least});
+  if (fast_s_ > kWrongSpeed_s) trip({Fault::wrong_speed, speed, most});
   if (!bounds_.compares_slope)
     add_lacking(kLackingShare * gain * outside_V - std::min(kLackingShare * gain * kValveError_V, kNullError_in_per_s),
                 speed);
   if (!bounds_.compares_slope) return;
   const double open_V = direction * (filtered_V_ - bounds_.null_V) - bounds_.valve->dead_band_V;
   slope_.note(direction, open_V, gain * outside_V, speed);
-  if (slope_.is_low()) trip(Fault::wrong_speed, slope_.mean_in_per_s(), slope_.least_mean_in_per_s());
+  if (slope_.is_low()) trip({Fault::wrong_speed, slope_.mean_in_per_s(), slope_.least_mean_in_per_s()});
 }
 
 void LoopMonitor::add_lacking(double due_in_per_s, double speed_in_per_s) noexcept {
@@ -226,13 +231,13 @@ void LoopMonitor::add_lacking(double due_in_per_s, double speed_in_per_s) noexce
   lacking_.asked_s += period_s_;
   if (lacking_.way_in <= 0.0) lacking_ = {};
   if (lacking_.way_in > kMostLacking_in) {
-    trip(Fault::wrong_speed, (lacking_.asked_in - lacking_.way_in) / lacking_.asked_s,
-         lacking_.asked_in / lacking_.asked_s);
+    trip({Fault::wrong_speed, (lacking_.asked_in - lacking_.way_in) / lacking_.asked_s,
+          lacking_.asked_in / lacking_.asked_s});
   }
 }
 
-void LoopMonitor::trip(Fault fault, double value, double limit) noexcept {
-  if (breach_.fault == Fault::none) breach_ = {fault, value, limit};
+void LoopMonitor::trip(const acquisition::Breach& breach) noexcept {
+  if (breach_.fault == Fault::none) breach_ = breach;
 }
 
 }  // namespace eha::place

@@ -83,7 +83,7 @@ class LoopMonitor {
   void check_saturation() noexcept;
   void compare_speed() noexcept;
   void add_lacking(double due_in_per_s, double speed_in_per_s) noexcept;
-  void trip(acquisition::Fault fault, double value, double limit) noexcept;
+  void trip(const acquisition::Breach& breach) noexcept;
   [[nodiscard]] double least_motion_in() const noexcept;
 
   LoopBounds bounds_;
@@ -106,6 +106,7 @@ class LoopMonitor {
   double elapsed_s_ = 0.0;
   std::array<double, 2> missing_in_{};
   std::array<double, 2> due_in_{};
+  std::array<double, 2> due_s_{};
   double saturated_s_ = 0.0;
   double saturated_from_in_ = 0.0;
   double slow_s_ = 0.0;

@@ -69,15 +69,18 @@ void PredictionMonitor::check(std::size_t i) noexcept {
   if (const double due = kLeastShare * line.gain_in_per_V_s * (outside_V - kLate_V); due > 0.0) {
     missing_in_[i] = std::max(0.0, missing_in_[i] + (due - std::max(0.0, speed)) * period_s_);
     due_in_[i] = missing_in_[i] > 0.0 ? due_in_[i] + due * period_s_ : 0.0;
-    if (missing_in_[i] > kMissing_in) trip(Fault::no_motion, due_in_[i] - missing_in_[i], due_in_[i]);
+    due_s_[i] = missing_in_[i] > 0.0 ? due_s_[i] + period_s_ : 0.0;
+    if (missing_in_[i] > kMissing_in) {
+      trip({Fault::no_motion, due_in_[i] - missing_in_[i], due_in_[i], motion_.command_V(), due_s_[i]});
+    }
   }
   const double most = kMostShare * line.gain_in_per_V_s * std::max(0.0, outside_V + kEarly_V) + kFloor_in_per_s;
   excess_in_[i] = std::max(0.0, excess_in_[i] + (speed - most) * period_s_);
-  if (excess_in_[i] > kExcess_in) trip(Fault::unexplained_motion, excess_in_[i], kExcess_in);
+  if (excess_in_[i] > kExcess_in) trip({Fault::unexplained_motion, excess_in_[i], kExcess_in});
 }
 
-void PredictionMonitor::trip(Fault fault, double value, double limit) noexcept {
-  if (breach_.fault == Fault::none) breach_ = {fault, value, limit};
+void PredictionMonitor::trip(const acquisition::Breach& breach) noexcept {
+  if (breach_.fault == Fault::none) breach_ = breach;
 }
 
 }  // namespace eha::place

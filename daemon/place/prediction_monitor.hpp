@@ -44,7 +44,7 @@ class PredictionMonitor {
  private:
   void learn() noexcept;
   void check(std::size_t i) noexcept;
-  void trip(acquisition::Fault fault, double value, double limit) noexcept;
+  void trip(const acquisition::Breach& breach) noexcept;
 
   double period_s_;
   double kept_;  ///< of the sums, each tick of motion
@@ -54,6 +54,7 @@ class PredictionMonitor {
   std::array<std::optional<FlowLine>, 2> lines_{};
   std::array<double, 2> missing_in_{};
   std::array<double, 2> due_in_{};
+  std::array<double, 2> due_s_{};
   std::array<double, 2> excess_in_{};
   acquisition::Breach breach_;
 };

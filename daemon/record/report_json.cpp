@@ -44,6 +44,10 @@ Json describe_fault(const acquisition::RunReport& report) {
                  {"limit", number(fault.limit)},
                  {"status", acquisition::to_text(fault.status)}};
   if (fault.has_jumped) described["has_jumped"] = true;
+  if (fault.driven_s > 0.0) {
+    described["driven_V"] = fault.driven_V;
+    described["driven_s"] = fault.driven_s;
+  }
   return described;
 }
 

@@ -27,6 +27,19 @@ TEST(FaultText, SaysOfARodThatStandsWhatWasDueAndNamesTheHydraulicsFirst) {
   EXPECT_TRUE(holds(text, "if it trips, too: `eha characterise --without-following -o rig-bare.toml`")) << text;
 }
 
+TEST(FaultText, SaysOfARodThatStandsWhatWasCommandedAndForHowLong) {
+  RunReport report;
+  report.outcome = Outcome::faulted;
+  report.safe_confirmed = true;
+  report.fault = {.fault = Fault::no_motion, .value = 0.0002, .limit = 0.0034, .driven_V = -1.254, .driven_s = 0.123};
+  EXPECT_TRUE(
+      holds(describe(report, DisplayUnit("mm")),
+            "a closed loop drove the rod for 0.12 s, at last with -1.25 V, and it moved 0.0051 mm where 0.086 mm were "
+            "due; look, in this order: hydraulics on"))
+      << describe(report, DisplayUnit("mm"));
+  EXPECT_TRUE(holds(text_of(1.4e-05, 0.003), "and it moved 0 in where 0.003 in were due")) << text_of(1.4e-05, 0.003);
+}
+
 TEST(FaultText, NamesTheNullFirstWhereTheRodMovedTheOtherWay) {
   const std::string text = text_of(-0.0021, 0.00092);
   EXPECT_TRUE(holds(text, "the sensor shows 0.0021 in the other way where 0.00092 in were due")) << text;
