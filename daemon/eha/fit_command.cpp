@@ -322,6 +322,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
   const Answered answered = answer(command, again, source, console);
   const Identification& identification = answered.identification;
   const ident::FirstStep first = identify::next_step_of(identification).first;
+  const auto latest = [&source] {
+    std::error_code none;
+    return source.run_folder ? fs::read_symlink(source.run_folder->parent_path() / record::kLatestLink, none) : "";
+  };
+  const fs::path latest_before = latest();
   std::vector<fs::path> written = write(identification, command, source);
   const ValveNow valve = valve_by(identification, command, source, console);
   if (source.run_folder && !command.output && !console.quiet()) {
@@ -331,6 +336,10 @@ ExitCode execute(const FitCommand& command, Console& console) {
     if (manifest.identification && manifest.identification->accepted && !against.empty()) {
       console.info(fmt::format("{} stays where it was: {}; name this run instead",
                                (source.run_folder->parent_path() / record::kLatestLink).string(), against));
+    } else if (latest() != latest_before && !latest_before.empty()) {
+      console.info(fmt::format("{} leads to this run now, and led to {} before",
+                               (source.run_folder->parent_path() / record::kLatestLink).string(),
+                               latest_before.string()));
     }
   }
   const DisplayUnit unit = console.unit(source.units);

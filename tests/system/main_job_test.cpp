@@ -105,6 +105,17 @@ TEST_F(MainJob, LeavesEveryFileOfTheRunFolder) {
   EXPECT_EQ(fs::canonical(folder_->path() / "runs" / "latest"), fs::canonical(run_folder()));
 }
 
+TEST_F(MainJob, SaysThatARefitMovesTheLatestLink) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "runs");
+  fs::copy(run_folder(), folder.path() / "runs" / "a", fs::copy_options::recursive);
+  fs::create_symlink("b", folder.path() / "runs" / "latest");
+  const Ended moved = run_eha({"fit", "runs/a"}, folder.path());
+  EXPECT_EQ(moved.code, 0) << moved.err;
+  EXPECT_NE(moved.err.find("runs/latest leads to this run now, and led to b before"), std::string::npos) << moved.err;
+  EXPECT_EQ(fs::read_symlink(folder.path() / "runs" / "latest"), "a");
+}
+
 TEST_F(MainJob, GivesTheSameBytesAndModelsAgain) {
   const TemporaryFolder folder;
   const Ended again = run_paper(folder, "again");
