@@ -21,13 +21,18 @@
 namespace eha::cli {
 namespace {
 
-/// Returns the rod's position by the sensor [in]; none: the rig moves no machine, or its file has [following].
-std::optional<double> place_without_following(const DriveOptions& command) {
+struct PlaceAndUnits {
+  double place_in;
+  std::string units;  ///< of the rig
+};
+
+/// Returns the rod's position by the sensor; none: the rig moves no machine, or its file has [following].
+std::optional<PlaceAndUnits> place_without_following(const DriveOptions& command) {
   if (command.local) {
     const config::RigConfig config = load_rig_or_default(command.rig_file);
     if (!needs_ruler(config)) return std::nullopt;
     require_local_rig_file(config);
-    return place_of(*open_at_rest(config));
+    return PlaceAndUnits{place_of(*open_at_rest(config)), config.units};
   }
   control::Client client(command.socket);
   const nlohmann::ordered_json status = status_with_rod(client);
@@ -35,7 +40,7 @@ std::optional<double> place_without_following(const DriveOptions& command) {
   const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
   if (!rod.is_object()) throw DeviceError("the service has not read the rod yet; try again");
   if (rod.at("error").is_string()) throw DeviceError(rod.at("error").get<std::string>());
-  return rod.at("displacement_in").get<double>();
+  return PlaceAndUnits{rod.at("displacement_in").get<double>(), status.at("rig").value("units", "")};
 }
 
 std::optional<std::string> asked_ruler() {
@@ -51,18 +56,19 @@ std::optional<std::string> asked_ruler() {
 
 std::optional<double> agreed_ruler(const DriveOptions& command, const std::optional<std::string>& ruler,
                                    const Console& console) {
-  const std::optional<double> shown_in = place_without_following(command);
-  if (!shown_in) return std::nullopt;
+  const std::optional<PlaceAndUnits> shown = place_without_following(command);
+  if (!shown) return std::nullopt;
   const std::optional<std::string> text = ruler ? ruler : asked_ruler();
   const std::optional<double> ruler_in = text ? inches_of(with_decimal_point(*text)) : std::nullopt;
   if (text && !ruler_in) {
     throw UsageError(fmt::format("\"{}\": expected a length with its unit, such as 2.95in or 75mm", *text));
   }
-  require_agreement_with_ruler(ruler_in, *shown_in);
+  const DisplayUnit unit = console.unit(shown->units);
+  require_agreement_with_ruler(ruler_in, shown->place_in, unit);
   console.info(
-      fmt::format("the sensor shows the rod at {:.3f} in, the ruler at {:.3f} in; a scale that is wrong shows "
+      fmt::format("the sensor shows the rod at {0:.3f} {2}, the ruler at {1:.3f} {2}; a scale that is wrong shows "
                   "only away from here: the first minutes are slow, watch the rod and the ruler",
-                  *shown_in, *ruler_in));
+                  unit.factor("in") * shown->place_in, unit.factor("in") * *ruler_in, unit.of("in")));
   return ruler_in;
 }
 

@@ -105,7 +105,7 @@ void Supervisor::require_arming_of_placing(const Submission& submission) const {
 
 void Supervisor::require_ruler(const Submission& submission) const {
   if (!submission.characterises || !needs_ruler(*submission.rig)) return;
-  require_agreement_with_ruler(submission.ruler_in, shown_in());
+  require_agreement_with_ruler(submission.ruler_in, shown_in(), DisplayUnit(submission.rig->units));
 }
 
 double Supervisor::shown_in() const {

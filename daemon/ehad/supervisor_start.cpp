@@ -124,8 +124,10 @@ void Supervisor::finish_rehearsal(const Turn& turn, double place_in, const worke
     throw_if_failed(end, {turn->folder / kCheckedExperiment, entry->file},
                     {turn->folder / kCheckedRig, options_.rig_file});
   } catch (const Error& error) {
+    const DisplayUnit unit(turn->rig->units);
     give_up(*entry, error.exit_code(),
-            fmt::format("rehearsed before playing, from {:.3f} in: {}", place_in, error.what()));
+            fmt::format("rehearsed before playing, from {:.3f} {}: {}", unit.factor("in") * place_in, unit.of("in"),
+                        error.what()));
     return;
   }
   entry->rehearsal = rehearsal_of(end);

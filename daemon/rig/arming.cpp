@@ -433,12 +433,14 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
   }
   // The following check sums differences, in which noise telescopes: this much noise uses at most half of its limit.
   const double most_in = 0.5 * std::min(rule.missing_limit_in, rule.excess_limit_in);
+  const DisplayUnit unit(config.units);
+  const double factor = unit.factor("in");
   if (highest_in - lowest_in > most_in) {
     throw Error(ExitCode::safety_trip,
-                fmt::format("not armed: with the hydraulics off the sensor's reading varies by {:.4f} in, at most "
-                            "{:.4f} in is plausible; check that the load does not sink, and the sensor, its cable and "
-                            "its shield",
-                            highest_in - lowest_in, most_in));
+                fmt::format("not armed: with the hydraulics off the sensor's reading varies by {0:.4f} {2}, at most "
+                            "{1:.4f} {2} is plausible; check that the load does not sink, and the sensor, its cable "
+                            "and its shield",
+                            factor * (highest_in - lowest_in), factor * most_in, unit.of("in")));
   }
   // The checks of a placing average as many readings as their time holds. Numbers that nobody measured on this rig may
   // move it faster than they say, and need a dead sensor to be found earlier.
@@ -451,11 +453,11 @@ void require_plausible_inputs(hal::Rig& rig, const config::RigConfig& config) {
     throw Error(
         ExitCode::safety_trip,
         fmt::format(
-            "not armed: the sensor's noise of {:.4f} in (standard deviation) hides a dead sensor for too "
-            "long at ticks of {:g} ms; at most {:.4f} in is taken{}: check the sensor, its cable and its shield, "
+            "not armed: the sensor's noise of {0:.4f} {4} (standard deviation) hides a dead sensor for too "
+            "long at ticks of {1:g} ms; at most {2:.4f} {4} is taken{3}: check the sensor, its cable and its shield, "
             "or take a shorter sample_period_s",
-            noise_in, 1e3 * config.realtime.sample_period_s, most_noise_in,
-            config::is_as_measured(config) ? "" : " while [following] is not as it was measured here"));
+            factor * noise_in, 1e3 * config.realtime.sample_period_s, factor * most_noise_in,
+            config::is_as_measured(config) ? "" : " while [following] is not as it was measured here", unit.of("in")));
   }
 }
 

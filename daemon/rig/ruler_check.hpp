@@ -13,9 +13,9 @@ namespace eha {
 [[nodiscard]] bool needs_ruler(const config::RigConfig& rig);
 
 /// Compares the sensor with a ruler, within 0.1 in. @param ruler_in  none: nobody has read one   @param shown_in  by
-/// the sensor [in]
+/// the sensor [in]   @param unit  of lengths in the message
 /// @throws UsageError  no reading   @throws ConfigError  they differ, or the reading is no number
-void require_agreement_with_ruler(std::optional<double> ruler_in, double shown_in);
+void require_agreement_with_ruler(std::optional<double> ruler_in, double shown_in, const DisplayUnit& unit);
 
 /// Compares the sensor with a ruler, within what slips before a run trips, 0.05 in. @param ruler_in  finite [in]
 /// @param shown_in  by the sensor [in]   @param unit  of lengths in the message

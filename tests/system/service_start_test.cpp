@@ -158,6 +158,19 @@ TEST_F(ServiceStart, RehearsesAgainInAnotherOrder) {
   expect_refused(follow(daemon_, extends));
 }
 
+TEST_F(ServiceStart, SaysFromWhereItWasRehearsedInTheUnitOfTheRig) {
+  const std::string rig = content_of(daemon_.rig_file());
+  std::ofstream(daemon_.rig_file()) << "units = \"mm\"\n" << rig;
+  client_->call("reload");
+  const std::int64_t extends = submit_checked(kExtends);
+  client_->call("arm");
+  go_far();
+  client_->call("release");
+  const std::string note = follow(daemon_, extends).at("note");
+  EXPECT_NE(note.find("rehearsed before playing, from 134."), std::string::npos) << note;
+  EXPECT_EQ(note.find(" in: "), std::string::npos) << note;
+}
+
 TEST_F(ServiceStart, RehearsesAgainWithARigFileThatWasReloaded) {
   const std::int64_t extends = submit_checked(kExtends);
   std::string rig = content_of(daemon_.rig_file());
