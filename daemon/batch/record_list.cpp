@@ -11,8 +11,11 @@
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
+#include "core/json_text.hpp"
 #include "core/os/files.hpp"
 #include "core/terminal_text.hpp"
 #include "daemon/record/manifest.hpp"
@@ -72,6 +75,26 @@ std::string why_skipped(const fs::directory_entry& item) {
   return is_record_file(item.path()) ? "" : fmt::format("no ending of a record ({})", fmt::join(kRecordEndings, ", "));
 }
 
+/// When a run began; empty for what is no run or does not say it.
+std::string start_of(const fs::path& record) {
+  if (!record::is_run_folder(record)) return {};
+  try {
+    return text_at(record::read_manifest(record).other, "/utc_start");
+  } catch (const Error&) {  // an unreadable run is listed with the reason
+    return {};
+  }
+}
+
+/// Sorts runs by when they began; by their names where one does not say it.
+void sort_by_time(std::vector<fs::path>& records) {
+  std::vector<std::pair<std::string, fs::path>> started;
+  for (fs::path& record : records) started.emplace_back(start_of(record), std::move(record));
+  const bool all_say = std::none_of(started.begin(), started.end(), [](const auto& one) { return one.first.empty(); });
+  std::sort(started.begin(), started.end(),
+            [&](const auto& a, const auto& b) { return all_say ? a < b : a.second < b.second; });
+  for (std::size_t i = 0; i < records.size(); ++i) records[i] = std::move(started[i].second);
+}
+
 std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& skipped) {
   std::vector<fs::path> found;
   std::vector<Skipped> others;
@@ -88,7 +111,7 @@ std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& s
     }
   }
   if (error) os::throw_system_error("read", folder, error.value());
-  std::sort(found.begin(), found.end());
+  sort_by_time(found);
   std::sort(others.begin(), others.end(), [](const Skipped& a, const Skipped& b) { return a.source < b.source; });
   skipped.insert(skipped.end(), others.begin(), others.end());
   return found;

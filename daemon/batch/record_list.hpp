@@ -27,8 +27,9 @@ struct FoundRecords {
   std::vector<Skipped> skipped;
 };
 
-/// Returns the records that a command names, each once, in the order of the names, folders sorted by name; and what of
-/// them is none. Runs that placed the rod, measured the valve or followed a reference are none.
+/// Returns the records that a command names, each once, in the order of the names; those of a folder by time where all
+/// are runs, else by name; and what of them is none. Runs that placed the rod, measured the valve or followed a
+/// reference are none.
 /// @param sources  each one of these: a run folder; a file with a record; a folder of both; a list, which is a text
 /// file whose name ends in ".list", with one path a line relative to its folder, lines with # left out
 /// @throws UsageError  no record

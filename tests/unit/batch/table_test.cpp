@@ -133,6 +133,27 @@ TEST(BatchTable, NamesARunOfALinkByItsOwnName) {
   EXPECT_EQ(found.records[1].id, "0002-20261126T101500Z-b");
 }
 
+TEST(BatchTable, TakesTheRunsOfAFolderByWhenTheyBegan) {
+  const test::TemporaryFolder folder;
+  const auto names = [&] {
+    std::string all;
+    for (const Record& record : records_of({folder.path().string()}).records) {
+      all += std::filesystem::path(record.source).filename().string() + " ";
+    }
+    return all;
+  };
+  const auto write = [&](const std::string& name, const std::string& utc_start) {
+    std::filesystem::create_directories(folder.path() / name);
+    folder.write(name + "/run.json",
+                 fmt::format(R"({{"schema": "eha-run/1", "outcome": "completed", "utc_start": {}}})", utc_start));
+  };
+  write("after", "\"2026-11-26T11:00:00Z\"");
+  write("before", "\"2026-11-26T10:00:00Z\"");
+  EXPECT_EQ(names(), "before after ");
+  write("another", "null");
+  EXPECT_EQ(names(), "after another before ") << "one does not say when";
+}
+
 TEST(BatchTable, HasTheWordsOfTheTablesForVerdicts) {
   const test::TemporaryFolder folder;
   Table table = table_with({0.150, 0.151, 0.149, 0.150, 0.152}, {}, folder.path());
