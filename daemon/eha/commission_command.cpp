@@ -215,18 +215,21 @@ class Commissioning {
   /// Describes the motion of the valve's measurement.
   [[nodiscard]] std::string way_of_sheet() const {
     const config::Centring centring = config::centring_of(rig_.limits);
+    const double null_V = rig_.limits.following ? rig_.limits.following->null_V : rig_.limits.safe_V;
+    const double most_V = (config::characterisation_plan(rig_).table_V.array() - null_V).abs().maxCoeff();
+    const std::string volts =
+        fmt::format("with up to {:.1f} V about the null, and what keeps it there: fast on a fast rod", most_V);
     if (!centring.window_in) {
-      return "the rod moves about the middle of its travel, with up to 2 V about the null: fast on a fast rod. 2 to 3 "
-             "min; record and trial then take 3 to 5.";
+      return fmt::format(
+          "the rod moves about the middle of its travel, {}. 2 to 3 min; record and trial then take 3 to 5.", volts);
     }
     const DisplayUnit unit = console_.unit(rig_.units);
     const auto length = [&](double in) { return fmt::format("{:.3g}", unit.factor("in") * in); };
     return fmt::format(
         "nothing is known of the valve, so the rod first explores {} to {} {} of its travel, at {:.2g} {}; then it "
-        "moves about the middle with up to 2 V about the null: fast on a fast rod. 4 to 6 min; record and trial then "
-        "take 3 to 5.",
+        "moves about the middle, {}. 4 to 6 min; record and trial then take 3 to 5.",
         length(centring.middle_in - *centring.window_in), length(centring.middle_in + *centring.window_in),
-        unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"));
+        unit.of("in"), unit.factor("in/s") * place::kExploring_in_per_s, unit.of("in/s"), volts);
   }
 
   /// Path of the rig file with the measured numbers.

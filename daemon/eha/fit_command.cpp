@@ -68,7 +68,7 @@ Without --model and without models of an experiment the ladder of structures is 
 map, and one is recommended; see eha(1).
 Where the experiment names tones or has repetitions, the measured frequency response is written to
 frequency_response.csv, and printed beside the models' with -v; see eha(1).
-Exit code 0: a model accepted; 3: all rejected; 4: none converged.
+Exit code 0: a model accepted (good, usable or outdone); 3: none; 4: none converged.
 
 Examples:
   eha fit runs/latest

@@ -96,7 +96,9 @@ ExitCode execute(const ImportCommand& command, Console& console) {
   console.print(fmt::format("written: {}\n{} rows, {}, {}", command.output->string(), record.input.size(),
                             range_text(record.input_channel, record.input, unit),
                             range_text(record.output_channel, record.output, unit)));
-  console.next_step("eha fit " + shell_word(command.output->string()));
+  const importer::Cut& part = imported.without_gaps;
+  console.next_step("eha fit " + shell_word(command.output->string()) +
+                    (part.keeps_all() ? std::string() : " " + importer::cut_options(part)));
   return ExitCode::ok;
 }
 

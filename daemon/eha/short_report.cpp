@@ -207,6 +207,11 @@ std::string map_caution(const Model& model) {
         *shift, is_of_level ? ", or there is no dead band and the gain grows with the opening" : "");
   }
   if (!ident::map_note(model).empty()) return {};
+  constexpr double kSlow_Hz = 0.1;  // as of a triangle that measures a valve
+  if (model.verdict && model.verdict->usable_band && model.verdict->usable_band->highest_Hz < kSlow_Hz) {
+    return "null and dead band +- this record's noise; of so slow a motion they are the rod's: what dry friction takes, "
+           "if there is any, stands in the dead band";
+  }
   return "null and dead band +- this record's noise; friction and the structure shift them further: "
          "`eha characterise` measures them";
 }

@@ -119,8 +119,8 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
                  unit.of("in"));
     close_entry(entry, ExitCode::ok);
   } else if (acquisition::is_whole(outcome)) {
-    spdlog::info("experiment {}: {}; {} late, {} skipped of {} ticks, latency at most {:.0f} us", entry.id,
-                 entry.outcome, run.report.counters.late, run.report.counters.skipped, run.report.counters.ticks,
+    spdlog::info("experiment {}: {}; {} ticks, {} of them late, {} more never ran, latency at most {:.0f} us", entry.id,
+                 entry.outcome, run.report.counters.ticks, run.report.counters.late, run.report.counters.skipped,
                  static_cast<double>(run.report.latency.maximum_ns()) * 1e-3);
     entry.state = EntryState::fitting;
     save(entry);

@@ -50,7 +50,7 @@ std::string replaced(std::string_view text, std::string_view what, std::string_v
 }
 
 constexpr std::string_view kOnTheBench =
-    "a record of a slow triangle of volts about 0 that is wider than the dead band";
+    "a record of a slow triangle of volts about the null that is wider than the dead band";
 
 struct Quotes {
   std::string_view before;

@@ -18,7 +18,7 @@ struct ClippedInput {
 };
 
 /// @returns none where fewer than 2 % of the rows stand so in runs of three or more, and for an input that keeps other
-/// values too, or jumps, as steps, a square wave or a PRBS do.
+/// values too, or jumps, as steps, a square wave or a PRBS do, or is read in steps so coarse that its crests stand so.
 /// Cost O(N).
 [[nodiscard]] std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input);
 

@@ -42,6 +42,15 @@ std::ptrdiff_t estimated_count(const Model& model) {
                        [](const ParameterEstimate& p) { return !p.fixed; });
 }
 
+/// Whether an accepted plain model does nearly as well: no map, no estimated order.
+template <typename Suits>
+bool has_plain_one(const Models& all, const Model& model, double most_error, const Suits& suits) {
+  return std::any_of(all.begin(), all.end(), [&](const Model* other) {
+    return other != &model && is_accepted(*other) && !other->input_map && !has_estimated_order(*other) &&
+           suits(*other) && error_over(*other, model).value_or(most_error + 1.0) <= most_error;
+  });
+}
+
 }  // namespace
 
 Models compared(const Models& models) {
@@ -121,12 +130,26 @@ bool takes_in_input_error(const Models& all, const Model& model) {
          });
 }
 
+bool asks_too_much_of_input(const Models& all, const Model& model) {
+  const auto asks = [](const Model& one) {
+    return one.verdict && fails_any(*one.verdict, {CriterionKind::excitation_order});
+  };
+  return asks(model) && has_plain_one(all, model, kAsWell, [&](const Model& other) { return !asks(other); });
+}
+
+bool fits_rounding(const Models& all, const Model& model) {
+  constexpr double kHardlyMore = 1.05;  // of the error
+  return rounding_makes_most(model) && has_plain_one(all, model, kHardlyMore, [&](const Model& other) {
+           return estimated_count(other) < estimated_count(model);
+         });
+}
+
 bool may_be_picked(const Models& all, const Model& model) {
   if (takes_in_a_drift(model)) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
   }
-  if (takes_in_input_error(all, model)) return false;
+  if (takes_in_input_error(all, model) || asks_too_much_of_input(all, model) || fits_rounding(all, model)) return false;
   // What a controller makes of noise bends a map as no valve does.
   if (model.input_map && model.provenance.contains(kLoopOfRecord)) return false;
   if (rings_between_rows(model)) {

@@ -42,6 +42,13 @@ using Models = std::vector<const Model*>;
 /// estimated orders leaves over: a map or an order then takes that in.
 [[nodiscard]] bool takes_in_input_error(const Models& all, const Model& model);
 
+/// Whether the excitation determines less than what the model estimates, and all of a plain one that errs as little.
+[[nodiscard]] bool asks_too_much_of_input(const Models& all, const Model& model);
+
+/// Whether the model has more parameters than a plain one and fits the sensor's steps with them, which no criterion of
+/// noise knows.
+[[nodiscard]] bool fits_rounding(const Models& all, const Model& model);
+
 /// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes
 /// in a drift may not while another one is accepted.
 [[nodiscard]] bool may_be_picked(const Models& all, const Model& model);

@@ -116,8 +116,9 @@ std::string Reasons::lacks_power() const {
       "the test would more likely miss than detect what makes {:.0f} % of the residual's power", 100.0 * kNoticedShare);
   if (2 * answering > all) return fmt::format("with {} validating samples {}; record longer", all, miss);
   return fmt::format(
-      "the input moves within 20 samples of only {} of the {} validating ones, with which {}; play an input that "
-      "moves more often (a multisine), or record longer",
+      "within 20 samples the input covers 2 % of its range for only {} of the {} validating ones, with which {}; "
+      "compare fewer rows of so slow a motion (--decimate 10), play an input that moves more often (a multisine), or "
+      "record longer",
       answering, all, miss);
 }
 

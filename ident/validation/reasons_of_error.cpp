@@ -61,7 +61,8 @@ bool Reasons::is_explained(Kind kind) const {
       kind == Kind::residual_input || kind == Kind::nonlinearity || kind == Kind::residual_whiteness ||
       kind == Kind::future_input || kind == Kind::predicted_error || kind == Kind::residual_drift ||
       kind == Kind::error_over_noise || kind == Kind::far_error_over_noise || kind == Kind::error_over_estimating;
-  if (is_of_residual && (explanation_ || cause_ == ErrorCause::slow_rows || is_in_loop())) return true;
+  const bool is_named = explanation_ || cause_ == ErrorCause::slow_rows || is_in_loop() || rounding_makes_most(model_);
+  if (is_of_residual && is_named) return true;
   if (is_cut_advised() && (kind == Kind::residual_whiteness || kind == Kind::predicted_error)) return true;
   // What the plant makes of its input is no noise either.
   if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});

@@ -242,7 +242,7 @@ void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgemen
   const double interpolated = model.procedure == "paper" ? unmeasured.percent() : unmeasured.in_gaps_percent();
   const bool is_shifted = model.provenance.contains(kWithoutGaps) && !comes_to_rest(model) &&
                           judgement.fails({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
-                                               Kind::predicted_error, Kind::residual_drift});
+                                           Kind::predicted_error, Kind::residual_drift});
   const double most = is_shifted ? 0.0 : kMostInterpolated_percent;
   judgement.criterion(Kind::interpolated, interpolated, most, interpolated <= most);
   if (unmeasured.rows == 0) return;

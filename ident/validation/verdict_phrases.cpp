@@ -214,6 +214,14 @@ std::vector<std::string> causes_in_record(const Model& model) {
   return found;
 }
 
+bool rounding_makes_most(const Model& model) {
+  constexpr double kMost = 0.7;              // of the residual's power
+  constexpr double kPowerOfStep = 1 / 12.0;  // of rounding to a step of 1
+  if (!model.validation || !model.validation->sensor_step) return false;
+  const double step = model.validation->sensor_step->step;
+  return kPowerOfStep * step * step >= kMost * model.validation->score.mse;
+}
+
 std::string statement_of(const std::string& reason) {
   std::string statement = reason.substr(0, reason.find(';'));
   if (statement.ends_with('.')) statement.pop_back();

@@ -112,6 +112,9 @@ inline constexpr std::string_view kAgainstNoMotion =
     "look at the sensor, its wire and supply, at hydraulics and valve (on the rig `eha read` shows whether the reading "
     "follows the rod), and in a file at the columns (--input, --output)";
 
+/// Whether rounding to the sensor's step makes most of what the model leaves over on the validation part.
+[[nodiscard]] bool rounding_makes_most(const Model& model);
+
 /// The statement of a reason, without what to do: up to its first semicolon, and without a point.
 [[nodiscard]] std::string statement_of(const std::string& reason);
 

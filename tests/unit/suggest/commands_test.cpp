@@ -37,10 +37,10 @@ TEST(Suggestions, NameNoCommandForTheValveOfAForeignRecord) {
   RigAccess rig;
   rig.new_rig_file.clear();
   EXPECT_EQ(completed("shift them further: `eha characterise` measures them", rig),
-            "shift them further: a record of a slow triangle of volts about 0 that is wider than the dead band "
+            "shift them further: a record of a slow triangle of volts about the null that is wider than the dead band "
             "measures them");
   EXPECT_EQ(completed("They shift. `eha characterise` measures them", rig),
-            "They shift. A record of a slow triangle of volts about 0 that is wider than the dead band measures them");
+            "They shift. A record of a slow triangle of volts about the null that is wider than the dead band measures them");
 }
 
 TEST(Suggestions, CompleteWhatATextNamesInShort) {

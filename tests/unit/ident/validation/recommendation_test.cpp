@@ -386,6 +386,36 @@ TEST(Recommendation, TakesNoModelThatRingsAtHalfTheRateOfTheRows) {
   EXPECT_EQ(recommended({rings, model_of("io", -100.0)}).model, "io3") << "a resonance that the rows show";
 }
 
+/// A model with an error on unseen data, and an order of the excitation.
+Model erring(const std::string& name, double ar_bic, double mse, int parameters, std::size_t excitation_order) {
+  Model model = model_of(name, ar_bic);
+  while (static_cast<int>(model.parameters.size()) < parameters) model.parameters.push_back(model.parameters.front());
+  model.validation->score.mse = mse;
+  model.validation->excitation_order = excitation_order;
+  model.verdict = judge(model, {});
+  return model;
+}
+
+TEST(Recommendation, TakesNoModelOfMoreThanTheInputDeterminesBesideOneThatErrsAsLittle) {
+  const Model large = erring("io3", -200.0, 1.0, 5, 2);
+  EXPECT_EQ(recommended({large, erring("io1", -150.0, 1.2, 2, 2)}).model, "io1");
+  EXPECT_EQ(recommended({large, erring("io1", -150.0, 4.0, 2, 2)}).model, "io3") << "it errs twice as much";
+  EXPECT_EQ(recommended({large, erring("io", -150.0, 1.0, 3, 2)}).model, "io3") << "which asks too much, too";
+}
+
+TEST(Recommendation, TakesNoParametersThatFitTheStepsOfTheSensor) {
+  const auto with_step = [](Model model, double step) {
+    model.validation->sensor_step = SensorStep{step};
+    return model;
+  };
+  const Model large = erring("io", -200.0, 1.0, 3, 20);
+  const Model small = erring("integrator_lag", -180.0, 1.05, 2, 20);
+  EXPECT_EQ(recommended({large, small}).model, "io") << "beside noise";
+  EXPECT_EQ(recommended({with_step(large, 3.4), small}).model, "integrator_lag");
+  EXPECT_EQ(recommended({with_step(large, 2.0), small}).model, "io") << "a step that makes a third of it";
+  EXPECT_EQ(recommended({with_step(large, 3.4), erring("io1", -180.0, 1.3, 2, 20)}).model, "io");
+}
+
 TEST(Recommendation, TakesNoMapOrOrderThatTakesInTheNoiseOfTheInput) {
   Model plain = model_of("io", -100.0);
   plain.validation->input_noise = InputNoise{.rms = 0.1, .in_output = 0.02, .share = 0.9, .attenuation = 0.001};

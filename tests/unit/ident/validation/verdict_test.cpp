@@ -92,9 +92,10 @@ TEST(Verdict, RejectsAnIntegratingRodWhoseErrorShowsBesideAGap) {
   model.validation->tests->input.p = 1e-6;
   const Verdict verdict = judge(model, {}, facts);
   EXPECT_FALSE(verdict.accepted);
-  EXPECT_EQ(verdict.reasons.front(),
-            "Rows are missing from 15 to 15.29 s, and what the input did there is not known, so that an integrating rod "
-            "stands elsewhere afterwards; cut with --from 15.3.");
+  EXPECT_EQ(
+      verdict.reasons.front(),
+      "Rows are missing from 15 to 15.29 s, and what the input did there is not known, so that an integrating rod "
+      "stands elsewhere afterwards; cut with --from 15.3.");
 }
 
 TEST(Verdict, RejectsAMapThatTurnsBack) {
@@ -448,7 +449,8 @@ TEST(Verdict, DoesNotJudgeAPlantThatTheInputHardlyMoves) {
   EXPECT_FALSE(criterion_of(verdict, "nonlinearity_p").judged);
   EXPECT_TRUE(criterion_of(verdict, "residual_whiteness_p").passed) << "which needs no move of the input";
   ASSERT_EQ(verdict.reasons.size(), 1U) << "one sentence for one cause";
-  EXPECT_NE(verdict.reasons[0].find("the input moves within 20 samples of only 40 of the 500 validating ones"),
+  EXPECT_NE(verdict.reasons[0].find(
+                "within 20 samples the input covers 2 % of its range for only 40 of the 500 validating ones"),
             std::string::npos)
       << verdict.reasons[0];
 }
