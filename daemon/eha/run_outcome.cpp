@@ -124,6 +124,9 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   console.end_progress();
   std::vector<fs::path> written = identify::publish(identification, source.opened);
   const DisplayUnit unit = console.unit(source.units);
+  suggest::RigAccess rig = console.rig();
+  rig.fit = "eha fit " + shell_word(folder.string());
+  console.set_rig(std::move(rig));
   write_report(source.opened, unit, written, console);
   print_identification(
       identification, written,

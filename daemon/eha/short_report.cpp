@@ -15,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/shell_word.hpp"
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_list.hpp"
@@ -24,6 +25,7 @@
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
 #include "daemon/record/sheet_beside.hpp"
+#include "daemon/suggest/commands.hpp"
 #include "ident/model/band_text.hpp"
 #include "ident/model/engineering_form.hpp"
 #include "ident/model/model_file.hpp"
@@ -209,7 +211,8 @@ std::string map_caution(const Model& model) {
   if (!ident::map_note(model).empty()) return {};
   constexpr double kSlow_Hz = 0.1;  // as of a triangle that measures a valve
   if (model.verdict && model.verdict->usable_band && model.verdict->usable_band->highest_Hz < kSlow_Hz) {
-    return "null and dead band +- this record's noise; of so slow a motion they are the rod's: what dry friction takes, "
+    return "null and dead band +- this record's noise; of so slow a motion they are the rod's: what dry friction "
+           "takes, "
            "if there is any, stands in the dead band";
   }
   return "null and dead band +- this record's noise; friction and the structure shift them further: "
@@ -388,8 +391,12 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   const std::vector<record::ModelEntry> models = record::models_of(manifest);
   if (models.empty()) return false;
   try {
-    console.print(short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other)),
-                               console.verbose() ? Reasons::all : Reasons::first));
+    suggest::RigAccess rig = console.rig();
+    rig.fit = "eha fit " + shell_word(folder.string());
+    console.print(suggest::completed(
+        short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other)),
+                     console.verbose() ? Reasons::all : Reasons::first),
+        rig));
     std::size_t rejected = 0;
     for (const record::ModelEntry& model : models) {
       const std::filesystem::path file = folder / model.file;

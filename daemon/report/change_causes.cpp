@@ -68,8 +68,8 @@ bool is_one_factor(const std::vector<const ident::PlantChange*>& changes) {
 
 constexpr std::array kCommonCauses{
     CommonCause{
-        "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction or a leak past the piston, "
-        "with which `eha characterise` finds a drift inside the dead band",
+        "commonly the valve (wear, dirt, the offset of its amplifier), else dry friction, the load or a leak past the "
+        "piston, with which `eha characterise` finds a drift inside the dead band",
         is_of_valve},
     CommonCause{
         "commonly the load, which hangs on one side of the piston (on a vertical cylinder its weight speeds up one "

@@ -109,7 +109,9 @@ std::string Reasons::better_grey_box() const {
 
 std::string_view Reasons::friction_in_the_map() const {
   const NonlinearKind kind = model_.validation->tests->nonlinearity->kind;
-  if (!model_.input_map || (kind != NonlinearKind::motion && kind != NonlinearKind::direction)) return "";
+  if (!model_.input_map || unfound_dead_band(model_) ||
+      (kind != NonlinearKind::motion && kind != NonlinearKind::direction))
+    return "";
   return " The map's half dead band then holds what friction takes, too: `eha characterise` measures the valve's "
          "alone.";
 }
@@ -234,9 +236,10 @@ std::string Reasons::advice_on_amplitudes() const {
     if (full != model_.provenance.end()) {
       return fmt::format("reduce {} on the rig, as larger amplitudes have no room: {}", effects, full->second);
     }
-    return asks_for_smaller_amplitudes() ? fmt::format("reduce {} on the rig", effects)
-                                         : fmt::format("record larger amplitudes, beside which {} are small{}", effects,
-                                                       may_be_rate ? " and a limited rate is great" : "");
+    return asks_for_smaller_amplitudes()
+               ? fmt::format("reduce {} on the rig", effects)
+               : fmt::format("record larger amplitudes, beside which {} are small{}", effects,
+                             may_be_rate ? " and a limited rate is great" : " (a limited rate is greater)");
   }
   if (*kind == NonlinearKind::position && !test.or_kind) return "record a smaller travel";
   if (test.gain == GainTrend::falls) {

@@ -97,7 +97,7 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
       << page(noisy);
   EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
   noisy.change->changed = noisy.change->parameters[0].changed = true;
-  EXPECT_NE(page(noisy).find("else dry friction or a leak past the piston"), std::string::npos);
+  EXPECT_NE(page(noisy).find("else dry friction, the load or a leak past the piston"), std::string::npos);
 }
 
 TEST(ComparisonPage, SaysFirstWhatChangedInFigures) {
