@@ -43,6 +43,7 @@
 #include "daemon/record/sha256.hpp"
 #include "daemon/record/sheet_beside.hpp"
 #include "ident/validation/map_error.hpp"
+#include "ident/validation/reasons.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -250,7 +251,11 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
   Identification held = of_task(task);
   // What the input does to noise alone is nothing, and a wrong one does nothing between the rows.
   const ident::FirstStep first = identify::next_step_of(held).first;
-  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input)
+  const bool is_unanswered = std::none_of(held.models.begin(), held.models.end(), [](const auto& one) {
+    const auto& validation = one.result.model.validation;
+    return !validation || validation->score.r2_percent >= ident::kNoAnswer_percent;
+  });
+  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input || is_unanswered)
     return {task, std::move(held)};
   const auto between = identify::input_between_rows(source, task, held);
   if (between && between->is_straight && !command.record.intersample) {

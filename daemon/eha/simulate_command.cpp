@@ -15,6 +15,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/option_values.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/simulated_start.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/source.hpp"
 #include "daemon/importer/import.hpp"
@@ -155,6 +156,7 @@ ExitCode execute(const SimulateCommand& command, Console& console) {
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", command.input_file, error.what()));
   }
+  if (const auto start = simulated_start(model, 1.0, ident::after_number(model.output_unit))) console.info(*start);
   if (!output.allFinite()) {
     throw DataError(fmt::format("{}: the model's output for {} overflows", command.model_file, command.input_file));
   }

@@ -18,6 +18,7 @@
 #include "daemon/eha/model_options.hpp"
 #include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
+#include "daemon/eha/simulated_start.hpp"
 #include "daemon/eha/wrapped_text.hpp"
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"
@@ -332,12 +333,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   const auto input = !importer::says_how_to_read(command.import)
                          ? input_words_of_record(command.source, model.input_unit)
                          : std::nullopt;
-  if (input && !ident::comes_to_rest(model) && !model.grey_box) {
-    console.info(fmt::format(
-        "the simulated output begins at {:.4g}{}, where the model's record began; beside an output that begins "
-        "elsewhere it is off by that throughout",
-        shown_factor * model.initial_output, shown_unit));
-  }
+  if (const auto start = simulated_start(model, shown_factor, shown_unit); input && start) console.info(*start);
   console.next_step(fmt::format("eha simulate {} {} -o {}", shell_word(command.model_file), input.value_or("INPUT.csv"),
                                 shell_word(free_name("output.csv"))));
   return ExitCode::ok;

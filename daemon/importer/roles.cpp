@@ -433,7 +433,11 @@ class Finder {
     const std::vector<double>& sample = columns_[column].sample;
     std::size_t kept = 0;
     for (std::size_t k = 1; k < sample.size(); ++k) kept += sample[k] == sample[k - 1] ? 1 : 0;
-    return 2 * kept > sample.size() && kept + 1 < sample.size();
+    if (2 * kept <= sample.size() || kept + 1 >= sample.size()) return false;
+    // A temperature that creeps by its last digit is none.
+    constexpr double kLeastMove = 0.05;  // of its greatest value
+    const auto [least, greatest] = std::minmax_element(sample.begin(), sample.end());
+    return *greatest - *least > kLeastMove * std::max(std::abs(*least), std::abs(*greatest));
   }
 
   [[nodiscard]] std::size_t input_in(const std::string& unit, const std::vector<std::size_t>& left) const {

@@ -80,6 +80,8 @@ class Reasons {
   /// Whether a model that comes to rest was fitted by itself without a dead time, which a heater or a pipe has: what is
   /// left over then follows the motion, as friction's does.
   [[nodiscard]] bool may_lack_dead_time() const;
+  /// Whether the input determines fewer parameters than five poles and four zeros have.
+  [[nodiscard]] bool tells_few_parameters() const;
   /// What may describe more of the plant.
   [[nodiscard]] std::string remedy() const;
   /// Whether a greater motion has less of the nonlinear effect: of dry friction, play or a dead band.

@@ -187,6 +187,12 @@ bool Reasons::may_lack_dead_time() const {
   return !is_estimated && comes_to_rest(model_);
 }
 
+bool Reasons::tells_few_parameters() const {
+  constexpr std::size_t kOfFivePoles = 10;  // with four zeros
+  const auto& order = model_.validation->excitation_order;
+  return order && *order < kOfFivePoles;
+}
+
 std::string Reasons::remedy() const {
   if (is_in_loop()) return "record with the loop open";
   if (!verdict_.explained_by.empty()) {
@@ -205,9 +211,9 @@ std::string Reasons::remedy() const {
   if (noted_shift(model_)) return std::string(kMeasureTheValve);
   if (verdict_.beside_ladder) {
     return "as every structure of the ladder was tried, " +
-           (fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_)
-                ? advice_on_amplitudes()
-                : "try more poles (`eha fit --model io --poles 5 --zeros 4`)");
+           (fails_any(verdict_, {Kind::nonlinearity}) || !comes_to_rest(model_) ? advice_on_amplitudes()
+            : tells_few_parameters() ? "play an input of more tones, which tells more poles apart"
+                                     : "try more poles (`eha fit --model io --poles 5 --zeros 4`)");
   }
   return model_.input_map || model_.grey_box ? "fit the other structures too (`eha fit --model ladder`)"
                                              : "try the valve map (--input-map valve)";

@@ -201,6 +201,13 @@ TEST(ExampleOfAQuestion, TakesANamelessColumnThatIsHeldForTheInput) {
   EXPECT_NE(refusal.find("--input 4 --output 5`"), std::string::npos) << refusal;
 }
 
+TEST(ExampleOfAQuestion, TakesNoTemperatureThatCreepsForTheInput) {
+  const std::string refusal = columns_of(
+      "0.0,-1.3,149.9,41.00\n0.1,-1.4,149.8,41.00\n0.2,-1.5,149.7,41.00\n0.3,-1.6,149.5,41.01\n"
+      "0.4,-1.2,149.3,41.01\n0.5,-0.9,149.2,41.01\n");
+  EXPECT_NE(refusal.find("--input 2 --output 3`"), std::string::npos) << refusal;
+}
+
 TEST(EpochTimes, AreInTheUnitInWhichTheyLieInThisCentury) {
   const auto unit_of_column = [](double from, double step) {
     Column time;
