@@ -209,6 +209,7 @@ void Section::number_in_millimetres(std::string_view key, const MillimetreKey& w
   if (table_->contains(key)) {
     document_->issues.add_text(position, path(written.name),
                                fmt::format("the same as {}; leave out one of the two", path(key)));
+    if (const auto value = node.value<double>()) target = *value * written.factor;  // no other fault follows from it
     return;
   }
   const auto value = node.is_number() ? node.value<double>() : std::nullopt;

@@ -17,12 +17,22 @@
 
 namespace eha::cli {
 
+namespace {
+
+/// Of a no_motion: that the rod did not go the other way, as it does with a wrong null. @param moved_in  [in]
+bool is_still(double moved_in) {
+  constexpr double kBack_in = 0.02;
+  return !(moved_in < -kBack_in);
+}
+
+}  // namespace
+
 Trip trip_of(const acquisition::FaultReport& fault) {
   using acquisition::Fault;
   // Near enough to its place, and yet not at rest.
   const bool scatters = fault.fault == Fault::not_in_place && fault.value < fault.limit;
   return {fault.fault == Fault::none ? std::string() : std::string(acquisition::to_text(fault.fault)),
-          scatters || acquisition::reading_jumped(fault)};
+          scatters || acquisition::reading_jumped(fault), fault.fault == Fault::no_motion && is_still(fault.value)};
 }
 
 Trip trip_of(const record::Manifest& manifest) {
@@ -36,6 +46,7 @@ Trip trip_of(const record::Manifest& manifest) {
   if (trip.fault == acquisition::to_text(Fault::not_in_place) && number("value") < number("limit")) {
     trip.reading_jumps = true;
   }
+  trip.stands_still = trip.fault == acquisition::to_text(Fault::no_motion) && is_still(number("value"));
   return trip;
 }
 
@@ -55,6 +66,8 @@ bool may_be_of_following(const Trip& trip) {
   return !trip.reading_jumps && std::any_of(kOfFollowing.begin(), kOfFollowing.end(),
                                             [&](Fault one) { return acquisition::to_text(one) == trip.fault; });
 }
+
+bool is_first_of_following(const Trip& trip) { return may_be_of_following(trip) && !trip.stands_still; }
 
 std::string way_out_of_following(const Trip& trip, const std::string& rig_file, const suggest::RigAccess& rig) {
   if (!may_be_of_following(trip)) return {};

@@ -14,6 +14,7 @@ namespace eha::cli {
 struct Trip {
   std::string fault = {};      ///< its name, such as "no_motion"; empty: none
   bool reading_jumps = false;  ///< the readings moved as no rod does, which no [following] makes
+  bool stands_still = false;   ///< no_motion of a rod that did not move the other way either
 };
 [[nodiscard]] Trip trip_of(const acquisition::FaultReport& fault);
 [[nodiscard]] Trip trip_of(const record::Manifest& manifest);
@@ -22,6 +23,9 @@ struct Trip {
 
 /// Whether a wrong [following] can cause it.
 [[nodiscard]] bool may_be_of_following(const Trip& trip);
+
+/// Whether that is looked at first: a rod that does not move has more often no pressure, or a valve without its plug.
+[[nodiscard]] bool is_first_of_following(const Trip& trip);
 
 /// Says how to measure the valve of a rig whose characterisation was ended by a fault that a wrong [following] can
 /// cause; empty for another fault.

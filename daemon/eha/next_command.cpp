@@ -192,7 +192,7 @@ std::string next_after_trip(const Trip& trip, const config::RigConfig* of_run, c
   const bool is_simulated = of_run != nullptr && !hal::moves_machine(of_run->backend);
   // At a limit of the travel the volts or the place were mostly too great, whatever [following] says.
   const bool is_at_limit = trip.fault == acquisition::to_text(acquisition::Fault::travel_limit);
-  if (!is_simulated || is_at_limit || !may_be_of_following(trip)) return suggest::read(rig);
+  if (!is_simulated || is_at_limit || !is_first_of_following(trip)) return suggest::read(rig);
   return of_run->limits.following ? suggest::without_following(rig) : suggest::characterise(rig);
 }
 

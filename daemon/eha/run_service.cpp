@@ -132,7 +132,7 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   }
   const bool has_other_valve = !folder.empty() && !is_done && explain_trip(folder, console);
   // A placing and a valve sheet trip again with the same [following]; of a machine the sensor is looked at first.
-  const bool is_of_table = command.text && has_following && !rig.value("moves", true) && may_be_of_following(trip);
+  const bool is_of_table = command.text && has_following && !rig.value("moves", true) && is_first_of_following(trip);
   const std::string after_trip = remedy.value_or(is_of_table       ? suggest::without_following(console.rig())
                                                  : has_other_valve ? suggest::characterise(console.rig())
                                                                    : suggest::read(console.rig()));

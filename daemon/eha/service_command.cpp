@@ -218,12 +218,13 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     const std::string run = answer.value("acknowledged_run", "");
     if (!run.empty()) next(("eha runs show " + shell_word(run)).c_str());
     // Which of the rig's limits it reaches from where the rod stands is not known here.
+    const std::string characterise = "eha characterise -o " + shell_word(free_name("rig-new.toml"));
     const std::string check_any = "eha check " + shell_word(an_experiment());
     if (!run.empty() && way.empty()) return;  // what is held may end like it
     if (!way.empty()) return console.next_step(way);
     next(!answer.value("held", Json::array()).empty() ? "eha queue release"
          : answer.value("characterised", true)        ? check_any.c_str()
-                                                      : "eha characterise -o rig-new.toml");
+                                                      : characterise.c_str());
   } else if (command.method == "release") {
     print_numbers(answer.at("released"), "released", "no experiment of yours is held", console);
     next("eha status");

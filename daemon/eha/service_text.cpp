@@ -150,9 +150,10 @@ Wait wait_of(const std::string& waits_for) {
 namespace {
 
 /// Indices of the entries as they are listed: the last five that are over, by when their runs began, then the others by
-/// their places in the queue. One that was refused or cancelled stands before the latest run of a lower number.
+/// their places in the queue. One that was refused or cancelled stands behind the latest run of a lower number.
 std::vector<std::size_t> listed(const Json& entries) {
   constexpr std::size_t kMostOver = 5;
+  constexpr std::size_t kTime = 16;  // of a run's name, which its second begins
   std::vector<std::pair<std::string, std::size_t>> over;
   std::vector<std::size_t> others;
   std::string latest;
@@ -161,16 +162,12 @@ std::vector<std::size_t> listed(const Json& entries) {
     const std::string run = entries[i].value("run", "");
     latest = std::max(latest, run);
     if (state == "over" || state == "cancelled") {
-      over.emplace_back(run.empty() ? latest : run, i);
+      over.emplace_back((run.empty() ? latest : run).substr(0, kTime), i);
     } else {
       others.push_back(i);
     }
   }
-  // At one place those without a run come first: of them nothing was played.
-  std::stable_sort(over.begin(), over.end(), [&](const auto& a, const auto& b) {
-    const auto has_run = [&](std::size_t i) { return !entries[i].value("run", "").empty(); };
-    return std::pair(a.first, has_run(a.second)) < std::pair(b.first, has_run(b.second));
-  });
+  std::stable_sort(over.begin(), over.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::size_t> all;
   for (std::size_t i = over.size() - std::min(over.size(), kMostOver); i < over.size(); ++i) {
     all.push_back(over[i].second);

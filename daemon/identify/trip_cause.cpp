@@ -152,8 +152,8 @@ std::string remedy_of(const TripCause& cause) {
   }
   if (cause.is_other_valve) return "`eha characterise` measures the valve of today, and shows a leak";
   if (cause.is_clear_from_middle) {
-    return "begin at mid-travel, from where the rehearsed rods stay clear of the limits: `eha goto` before the run, or "
-           "[start] in the experiment file";
+    return "begin at mid-travel, from where the rehearsed rods stay clear of the limits: [start] in the "
+           "experiment file, or, through the service, `eha goto` before the run";
   }
   if (cause.offset_V) {
     return fmt::format("set offset_V = {:.3f} in [excitation] of the experiment file, or add [hold]", *cause.offset_V);

@@ -73,8 +73,7 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
   for (const Model* model : counted) {
     const std::string cut = told(*model, kWithoutGaps);
     // What the input did in a gap shifts a rod, which looks like a part of the plant or a bend of it.
-    const bool is_off = fails(*model, {Kind::interpolated, Kind::unmeasured, Kind::r2, Kind::residual_input,
-                                       Kind::nonlinearity, Kind::predicted_error});
+    const bool is_off = fails(*model, kShownBesideGaps) || fails(*model, {Kind::interpolated, Kind::unmeasured});
     if (is_off && !cut.empty()) return {FirstStep::cut, cut};
   }
   if (all([](const Model* model) {

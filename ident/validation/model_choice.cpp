@@ -144,14 +144,36 @@ bool fits_rounding(const Models& all, const Model& model) {
          });
 }
 
+bool is_bent_by_loop(const Models& all, const Model& model) {
+  constexpr double kFarMore = 2.0;  // of the error: no bend makes that
+  return model.input_map && model.provenance.contains(kLoopOfRecord) &&
+         std::any_of(all.begin(), all.end(), [&](const Model* other) {
+           return !other->input_map && error_over(*other, model).value_or(0.0) <= kFarMore;
+         });
+}
+
+bool stands_for_dead_time(const Models& all, const Model& model) {
+  constexpr double kHardlyMore = 1.05;  // of the error
+  const std::vector<Term>& zeros = model.transfer_function.numerator;
+  if (zeros.size() != 2 || !model.verdict || !model.verdict->usable_band) return false;
+  const bool is_first = zeros[0].order > zeros[1].order;
+  const double b1 = zeros[is_first ? 0 : 1].coefficient;
+  const double b0 = zeros[is_first ? 1 : 0].coefficient;
+  if (b1 * b0 >= 0.0 || std::abs(b1 / b0) * 2.0 * std::numbers::pi * model.verdict->usable_band->highest_Hz > 1.0) {
+    return false;
+  }
+  return has_plain_one(all, model, kHardlyMore, [&](const Model& other) {
+    return other.transfer_function.delay_s > 0.0 && estimated_count(other) < estimated_count(model);
+  });
+}
+
 bool may_be_picked(const Models& all, const Model& model) {
   if (takes_in_a_drift(model)) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !takes_in_a_drift(*other); });
   }
   if (takes_in_input_error(all, model) || asks_too_much_of_input(all, model) || fits_rounding(all, model)) return false;
-  // What a controller makes of noise bends a map as no valve does.
-  if (model.input_map && model.provenance.contains(kLoopOfRecord)) return false;
+  if (is_bent_by_loop(all, model) || stands_for_dead_time(all, model)) return false;
   if (rings_between_rows(model)) {
     return std::none_of(all.begin(), all.end(),
                         [](const Model* other) { return is_accepted(*other) && !rings_between_rows(*other); });

@@ -49,6 +49,13 @@ using Models = std::vector<const Model*>;
 /// noise knows.
 [[nodiscard]] bool fits_rounding(const Models& all, const Model& model);
 
+/// Whether the map may be what a controller in the record makes of noise: it bends one as no valve does.
+[[nodiscard]] bool is_bent_by_loop(const Models& all, const Model& model);
+
+/// Whether a zero on the right that is faster than the usable band does what the dead time of a plain model of fewer
+/// parameters does as well.
+[[nodiscard]] bool stands_for_dead_time(const Models& all, const Model& model);
+
 /// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes
 /// in a drift may not while another one is accepted.
 [[nodiscard]] bool may_be_picked(const Models& all, const Model& model);

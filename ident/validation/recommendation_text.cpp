@@ -216,6 +216,8 @@ std::string why_not(const Model& model, const Models& all, const Models& order) 
   if (takes_in_a_drift(model)) return "it takes a drift for the plant";
   if (rings_between_rows(model)) return "its pair of poles lies at half the rate of the rows, where none shows";
   if (takes_in_input_error(all, model)) return "its map or its orders take in the error of the recorded input";
+  if (is_bent_by_loop(all, model)) return "its map may be what the controller in the record makes of noise";
+  if (stands_for_dead_time(all, model)) return "its zero does what a dead time does with fewer parameters";
   if (asks_too_much_of_input(all, model)) return "the input determines less than it estimates";
   if (fits_rounding(all, model)) return "a smaller one errs as little beside the sensor's step";
   if (!may_be_picked(all, model)) {

@@ -240,9 +240,8 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
 void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgement& judgement) {
   // The paper's procedure takes interpolated rows for measured ones, and such a row agrees with any smooth model.
   const double interpolated = model.procedure == "paper" ? unmeasured.percent() : unmeasured.in_gaps_percent();
-  const bool is_shifted = model.provenance.contains(kWithoutGaps) && !comes_to_rest(model) &&
-                          judgement.fails({Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
-                                           Kind::predicted_error, Kind::residual_drift});
+  const bool is_shifted =
+      model.provenance.contains(kWithoutGaps) && !comes_to_rest(model) && judgement.fails(kShownBesideGaps);
   const double most = is_shifted ? 0.0 : kMostInterpolated_percent;
   judgement.criterion(Kind::interpolated, interpolated, most, interpolated <= most);
   if (unmeasured.rows == 0) return;

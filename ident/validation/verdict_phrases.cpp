@@ -193,10 +193,10 @@ std::vector<std::string> causes_in_record(const Model& model) {
   }
   if (const auto& sensor = model.validation->sensor_step) {
     found.push_back(fmt::format(
-        "The sensor's step of {} limits the answer: rounding to it makes most of what the model leaves over, and a "
+        "The sensor's step of {} limits the answer: rounding to it makes {} of what the model leaves over, and a "
         "motion within a step does not show; amplify the sensor's signal or take a finer one, or record larger "
         "motions.",
-        error_text(sensor->step, model.output_unit)));
+        error_text(sensor->step, model.output_unit), rounding_makes_most(model) ? "most" : "much"));
   }
   if (const auto change = model.provenance.find(kGainChanged); change != model.provenance.end()) {
     const auto cut = model.provenance.find(kBesideGainChange);

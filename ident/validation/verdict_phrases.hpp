@@ -100,6 +100,15 @@ inline constexpr const char* kGreyBoxHolds = "grey_box";
 /// record shows another one. As effect_of().
 inline constexpr const char* kEffectOnOwnRecord = "effect_on_own_record";
 
+/// The criteria in which it shows that a rod was shifted within a gap.
+inline constexpr std::initializer_list<CriterionKind> kShownBesideGaps = {CriterionKind::r2,
+                                                                          CriterionKind::max_abs_error,
+                                                                          CriterionKind::residual_input,
+                                                                          CriterionKind::nonlinearity,
+                                                                          CriterionKind::predicted_error,
+                                                                          CriterionKind::residual_drift,
+                                                                          CriterionKind::residual_whiteness};
+
 /// What such gaps do, and the command that cuts them off; empty without any.
 [[nodiscard]] std::string gaps_in_record(const Model& model);
 

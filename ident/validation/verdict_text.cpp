@@ -79,8 +79,7 @@ std::vector<std::string> Reasons::all() {
   note_cancelling_pair();
   std::vector<std::string> all;
   if (explanation_) all.push_back(sentence_of(*explanation_));
-  const bool is_off = fails_any(verdict_, {Kind::r2, Kind::max_abs_error, Kind::residual_input, Kind::nonlinearity,
-                                           Kind::predicted_error, Kind::residual_drift, Kind::interpolated}) ||
+  const bool is_off = fails_any(verdict_, kShownBesideGaps) || fails_any(verdict_, {Kind::interpolated}) ||
                       (model_.validation && model_.validation->jump);
   if (const std::string gaps = gaps_in_record(model_); is_off && !gaps.empty()) all.push_back(gaps);
   if (cause_ == ErrorCause::slow_rows) all.push_back(slow_rows());

@@ -416,6 +416,31 @@ TEST(Recommendation, TakesNoParametersThatFitTheStepsOfTheSensor) {
   EXPECT_EQ(recommended({with_step(large, 3.4), erring("io1", -180.0, 1.3, 2, 20)}).model, "io");
 }
 
+TEST(Recommendation, TakesADeadTimeWhereAZeroDoesWhatItDoes) {
+  Model pade = erring("io3", -200.0, 1.0, 5, 20);
+  pade.transfer_function = {{{-0.308, 1.0}, {22.1, 0.0}}, {{0.00024, 3.0}, {0.0246, 2.0}, {1.0, 1.0}, {4.4, 0.0}}, 0.0};
+  Model dead = erring("io1", -188.0, 1.02, 3, 20);
+  dead.transfer_function = {{{25.0, 0.0}}, {{1.0, 1.0}, {5.0, 0.0}}, 0.04};
+  for (Model* model : {&pade, &dead}) {
+    model->verdict = judge(*model, {});
+    model->verdict->usable_band = FrequencyInterval{0.03, 1.9};
+  }
+  EXPECT_EQ(recommended({pade, dead}).model, "io1");
+  pade.verdict->usable_band->highest_Hz = 19.0;
+  EXPECT_EQ(recommended({pade, dead}).model, "io3") << "the band shows the zero";
+}
+
+TEST(Recommendation, TakesAMapInALoopWhereItErrsFarLess) {
+  const auto in_loop = [](Model model) {
+    model.provenance[kLoopOfRecord] = "-0.33";
+    return model;
+  };
+  Model map = in_loop(erring("io1_valve", -300.0, 1.0, 4, 20));
+  map.input_map = ValveMap{};
+  EXPECT_EQ(recommended({map, in_loop(erring("io1", -200.0, 3.0, 2, 20))}).model, "io1");
+  EXPECT_EQ(recommended({map, in_loop(erring("io1", -200.0, 9.0, 2, 20))}).model, "io1_valve");
+}
+
 TEST(Recommendation, TakesNoMapOrOrderThatTakesInTheNoiseOfTheInput) {
   Model plain = model_of("io", -100.0);
   plain.validation->input_noise = InputNoise{.rms = 0.1, .in_output = 0.02, .share = 0.9, .attenuation = 0.001};
