@@ -51,6 +51,12 @@ bool is_accepted(const Json& model) {
   return verdict == model.end() || verdict->value("accepted", true);
 }
 
+/// Of the unseen part; NaN where it is not known.
+double fit_percent(const Json& model) {
+  const Json value = model.value("validation", Json::object()).value("fit_percent", Json());
+  return value.is_number() ? value.get<double>() : std::nan("");
+}
+
 std::string recommended_in(const Json& fit) {
   const auto found = fit.find("recommendation");
   if (found == fit.end() || !found->contains("model") || !found->at("model").is_string()) return "none";
@@ -411,7 +417,8 @@ std::vector<NotCompared> not_compared(const std::vector<Row>& rows, const std::s
     const Json verdict = found == nullptr ? Json::object() : found->at("verdict");
     std::string reason = model + (found == nullptr ? " was not fitted" : " is " + verdict.value("word", "rejected"));
     const Json reasons = verdict.value("reasons", Json());
-    if (const Json* other = model_of(rows[i].fit, rows[i].recommended); other != nullptr && is_accepted(*other)) {
+    const Json* other = model_of(rows[i].fit, rows[i].recommended);
+    if (other != nullptr && is_accepted(*other) && (found == nullptr || !(fit_percent(*found) > fit_percent(*other)))) {
       // Another structure follows the record: what is wrong is this one, not the record.
       reason += ", as another structure suits this record: " + rows[i].recommended;
     } else if (reasons.is_array() && !reasons.empty() && reasons.front().is_string()) {

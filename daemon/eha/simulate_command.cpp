@@ -35,8 +35,9 @@ namespace {
 constexpr const char* kSimulateFooter = R"(
 INPUT is a file as for `eha fit`; of several columns the one in the model's unit is the input, held between samples,
 or straight where the model was estimated so.
-An input in another unit is refused. The output is time_s and the model's output.
-A model that comes to rest at a constant input begins at rest at the first value of another record's input.
+V and mV, A and mA are converted; an input in another unit is refused. The output is time_s and the model's output.
+A model that comes to rest at a constant input, and whose input_bias was estimated, begins at rest at the first value of
+another record's input, any other one as its own record began.
 MODEL needs only `transfer_function`; input_map, input_bias, initial_output and units are used if given. Methods:
   exact  exact for a held input; stable models only
   gl1    Grunwald-Letnikov, first order, as in the paper

@@ -11,6 +11,7 @@
 #include "ident/model/model_output.hpp"
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/held_levels.hpp"
+#include "ident/signal/kept_values.hpp"
 #include "ident/statistics/robust.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
@@ -74,7 +75,8 @@ Eigen::VectorXd unfiltered(const Eigen::VectorXd& signal, const Comparison& comp
 
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
 /// while the simulation turns back only beyond that value [%]; 0 unless its bulge, over what it is at the ends of a
-/// stay, exceeds kBulgeOverNoise times the white part of the residual on average. A fit that bends towards the flat
+/// stay, exceeds kBulgeOverNoise times the white part of the residual on average, and of the crests of a coarse sensor,
+/// which do not stands_at_end(). A fit that bends towards the flat
 /// pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
 /// @param output  of the record at the compared rows, without the filter, behind which no two values are equal
 double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
@@ -84,6 +86,7 @@ double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& r
   Eigen::Index count = 0;
   for (const double extreme : {output.maxCoeff(), output.minCoeff()}) {
     const double side = extreme > output.mean() ? 1.0 : -1.0;
+    if (!stands_at_end(output, side)) continue;
     for (Eigen::Index k = 0; k < output.size();) {
       Eigen::Index end = k;
       while (end < output.size() && output[end] == extreme) ++end;

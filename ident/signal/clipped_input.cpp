@@ -18,23 +18,6 @@ constexpr double kLeastClippedShare = 0.02;  // of the rows
 constexpr double kMostRepeatsBeside = 0.1;   // of the rows beside the runs
 constexpr double kGreatestMove = 0.25;       // of the range, from row to row: beyond it the input jumps
 constexpr Index kSlopeRows = 3;
-// Rows at an end over those at the next value: 1.4 at the crest of a sine that is read in steps.
-constexpr double kLeastOverNext = 3.0;
-
-/// Rows at an end of the input over those at the next value inside. @param side  1: the greatest, -1: the least
-double over_next_value(const Eigen::VectorXd& input, double side) {
-  const Eigen::ArrayXd values = side * input.array();
-  const double end = values.maxCoeff();
-  double next = values.minCoeff();
-  for (const double value : values) {
-    if (!is_same_value(value, end)) next = std::max(next, value);
-  }
-  const auto rows_at = [&](double at) {
-    return static_cast<double>(
-        std::count_if(values.begin(), values.end(), [&](double value) { return is_same_value(value, at); }));
-  };
-  return rows_at(end) / rows_at(next);
-}
 
 }  // namespace
 
@@ -61,7 +44,7 @@ std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input) {
     if (last + 1 < rows) largest_move = std::max(largest_move, std::abs(input[last + 1] - value));
   });
   for (const auto& [end, side] : {std::pair(&found.greatest, 1.0), std::pair(&found.least, -1.0)}) {
-    if (*end && over_next_value(input, side) < kLeastOverNext) return std::nullopt;
+    if (*end && !stands_at_end(input, side)) return std::nullopt;
   }
   found.percent = 100.0 * static_cast<double>(clipped) / static_cast<double>(rows);
   const bool keeps_others = static_cast<double>(repeats) > kMostRepeatsBeside * static_cast<double>(rows - clipped);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -22,6 +23,18 @@ TEST(SameValue, IsOneToTheLastDigit) {
   EXPECT_TRUE(is_same_value(0.1 + 0.2, 0.1 + 0.2));
   EXPECT_FALSE(is_same_value(0.1 + 0.2, 0.3));
   EXPECT_TRUE(is_same_value(std::numeric_limits<double>::quiet_NaN(), 0.3)) << "a missing one ends no stay";
+}
+
+TEST(StandsAtEnd, TellsAStopFromTheCrestsOfACoarseSensor) {
+  Eigen::VectorXd sine(2000);
+  for (Eigen::Index k = 0; k < sine.size(); ++k) sine[k] = std::sin(0.02 * static_cast<double>(k));
+  const Eigen::VectorXd coarse = (sine / 0.02).array().round() * 0.02;
+  const Eigen::VectorXd stopped = coarse.cwiseMin(0.8);
+  EXPECT_FALSE(stands_at_end(coarse, 1.0));
+  EXPECT_FALSE(stands_at_end(coarse, -1.0));
+  EXPECT_TRUE(stands_at_end(stopped, 1.0));
+  EXPECT_FALSE(stands_at_end(stopped, -1.0));
+  EXPECT_FALSE(stands_at_end(sine, 1.0)) << "one row of each value";
 }
 
 }  // namespace
