@@ -1,16 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "daemon/record/experiment_rows.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "core/error.hpp"
+
 namespace eha::record {
+namespace {
+
+/// Ticks of an experiment that may have left no row, some 17 minutes at 1 kHz: a loop that stands still for a second
+/// has tripped, and rows that were lost from a journal are marked.
+constexpr std::uint64_t kMostMissing = 1'000'000;
+
+}  // namespace
 
 void ExperimentRows::add(std::span<const acquisition::TickRecord> ticks) {
   for (const acquisition::TickRecord& tick : ticks) {
     if (tick.state != acquisition::State::running) continue;
     if (!has_first_) first_sequence_ = tick.sequence;
     has_first_ = true;
-    const std::uint32_t row = tick.sequence - first_sequence_;
+    const std::uint64_t due = std::uint64_t{first_sequence_} + next_row_;
+    require_next(tick.sequence, due);
+    missing_ += tick.sequence - due;
+    const std::size_t row = tick.sequence - first_sequence_;
     while (next_row_ < row) {
       add_unmeasured(last_V_);
       if (without_V_ > 0) ++without_V_;
@@ -29,6 +43,19 @@ void ExperimentRows::add(std::span<const acquisition::TickRecord> ticks) {
     } else {
       add_unmeasured(tick.applied_V);
     }
+  }
+}
+
+void ExperimentRows::require_next(std::uint64_t sequence, std::uint64_t due) const {
+  if (sequence < due) {
+    throw DataError(
+        fmt::format("{}: tick {} comes after tick {}: damaged; play the experiment again", source_, sequence, due - 1));
+  }
+  if (sequence - due > kMostMissing - missing_) {
+    throw DataError(
+        fmt::format("{}: tick {} comes after tick {}, so that more than {} ticks have no row: damaged; play the "
+                    "experiment again",
+                    source_, sequence, due - 1, kMostMissing));
   }
 }
 

@@ -36,7 +36,7 @@ void write_decimated(const std::filesystem::path& folder, const RunHeader& heade
       ident::keep_every(header.decimation, ident::discarded_rows(header.discard_s, header.sample_period_s));
   os::AtomicFile file(folder / decimated_file_name(static_cast<double>(spacing_ns) * 1e-9));
   std::string text = gap_lines + "time_s,voltage_V,displacement_in\n";
-  ExperimentRows rows([&](std::size_t row, double voltage_V, double displacement_in) {
+  ExperimentRows rows(os::shown(journal), [&](std::size_t row, double voltage_V, double displacement_in) {
     if (!kept.keeps(row)) return;
     text += seconds_text(static_cast<std::int64_t>(row) * period_ns);
     fmt::format_to(std::back_inserter(text), ",{},{}\n", voltage_V, displacement_in);

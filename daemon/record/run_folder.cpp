@@ -121,7 +121,7 @@ LoadedRun read_run(const OpenRun& opened, StillGoing still_going) {
   run.rig_text = std::move(header.rig_text);
   std::vector<double> input;
   std::vector<double> output;
-  ExperimentRows rows([&](std::size_t, double voltage_V, double displacement_in) {
+  ExperimentRows rows(run.folder.string(), [&](std::size_t, double voltage_V, double displacement_in) {
     input.push_back(voltage_V);
     output.push_back(displacement_in);
   });

@@ -15,6 +15,7 @@
 #include "config/rig_config.hpp"
 #include "config/valve_estimate.hpp"
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/record/experiment_rows.hpp"
 #include "daemon/record/journal.hpp"
@@ -218,7 +219,7 @@ LiveResponse measure_live_response(const std::filesystem::path& journal, const P
   }
   Thinning input(plan.thinning);
   Thinning output(plan.thinning);
-  record::ExperimentRows rows([&](std::size_t, double voltage_V, double displacement_in) {
+  record::ExperimentRows rows(os::shown(journal), [&](std::size_t, double voltage_V, double displacement_in) {
     input.add(voltage_V);
     output.add(displacement_in);
   });

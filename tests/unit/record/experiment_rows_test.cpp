@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 #include <vector>
+
+#include "core/error.hpp"
 
 namespace eha::record {
 namespace {
@@ -30,7 +33,7 @@ struct Rows {
 
 Rows rows_of(const std::vector<TickRecord>& ticks) {
   Rows result;
-  ExperimentRows rows([&](std::size_t row, double voltage_V, double displacement_in) {
+  ExperimentRows rows("run", [&](std::size_t row, double voltage_V, double displacement_in) {
     EXPECT_EQ(row, result.voltage_V.size());
     result.voltage_V.push_back(voltage_V);
     result.displacement_in.push_back(displacement_in);
@@ -64,6 +67,27 @@ TEST(ExperimentRows, FillAGapInTheSequenceWithTheVoltageThatWasHeld) {
   EXPECT_DOUBLE_EQ(rows.displacement_in[2], 12.0);
   EXPECT_DOUBLE_EQ(rows.voltage_V[3], 1.0);
   EXPECT_EQ(rows.interpolated, 3u);
+}
+
+std::string refusal_of(const std::vector<TickRecord>& ticks) {
+  try {
+    rows_of(ticks);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(ExperimentRows, AreRefusedWhereTicksFallOrMoreThanAMillionHaveNoRow) {
+  // Each missing row takes memory, and a file of two rows can name any tick.
+  EXPECT_EQ(refusal_of({tick(1000), tick(1'001'001)}), "none");
+  EXPECT_EQ(refusal_of({tick(1000), tick(1'001'002)}),
+            "run: tick 1001002 comes after tick 1000, so that more than 1000000 ticks have no row: damaged; play the "
+            "experiment again");
+  EXPECT_NE(refusal_of({tick(0), tick(600'000), tick(1'200'000)}), "none");
+  EXPECT_EQ(refusal_of({tick(1000), tick(1001), tick(999)}),
+            "run: tick 999 comes after tick 1001: damaged; play the experiment again");
+  EXPECT_NE(refusal_of({tick(1000), tick(1000)}), "none");
 }
 
 TEST(ExperimentRows, HoldTheNearestMeasurementAtBothEnds) {
