@@ -19,6 +19,8 @@ inline constexpr std::string_view kEndTag = "EHAE";
 inline constexpr std::size_t kBlockHeaderSize = 16;
 inline constexpr std::uint32_t kMostRecordsPerBlock = 1u << 14;  ///< a block is 0.1 s or less: 1000 records at 0.1 ms
 
+inline constexpr std::uint32_t kLongestEnd = 1u << 16;  ///< [bytes]; an end has some hundred
+
 /// CRC-32C (Castagnoli), as in iSCSI, RFC 3720.
 class Crc32c {
  public:

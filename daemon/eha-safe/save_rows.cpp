@@ -92,6 +92,7 @@ class Journal {
     const std::uint64_t count = journal::u32_at(head.data() + 4);
     if (journal::u32_at(head.data() + 8) != end_.index || count > journal::kMostRecordsPerBlock) return false;
     if (tag != journal::kBlockTag && tag != journal::kEndTag) return false;
+    if (tag == journal::kEndTag && count > journal::kLongestEnd) return false;
     std::string payload(tag == journal::kEndTag ? count : count * GuardPage::kRowSize, '\0');
     if (!read(end_.bytes + head.size(), payload.data(), payload.size())) return false;
     const std::uint32_t crc = journal::Crc32c().add(head.data() + 4, 8).add(payload.data(), payload.size()).value();

@@ -30,13 +30,19 @@ using journal::append_u32;
 using journal::Crc32c;
 using journal::kBlockTag;
 using journal::kEndTag;
+using journal::kLongestEnd;
 using journal::kMostRecordsPerBlock;
 using journal::u32_at;
 
 constexpr std::string_view kMagic = "EHALOG01";
 constexpr mode_t kOwnerAlone = 0600;
 constexpr mode_t kReaders = 0644;
-constexpr std::uint32_t kLongestText = 64u << 20;  // two configuration files are far shorter
+constexpr std::uint32_t kLongestHeader = 64u << 20;  // two configuration files are far shorter
+
+/// Bytes that are summed in search of blocks: each of a sound journal once, each of a damaged one hardly more often. In
+/// one that was made for it each byte may be part of thousands of blocks with a wrong CRC.
+constexpr std::uint64_t kSumsPerByte = 4;
+constexpr std::uint64_t kLeastSums = 64u << 20;
 
 /// A part of a journal with a correct CRC.
 struct Block {
@@ -52,6 +58,7 @@ class JournalFile {
     struct stat status {};
     if (::fstat(file_.get(), &status) != 0) os::throw_system_error("look at", path, errno);
     size_ = static_cast<std::uint64_t>(status.st_size);
+    sums_left_ = kSumsPerByte * size_ + kLeastSums;
   }
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
@@ -63,7 +70,7 @@ class JournalFile {
     if (!read(0, preamble.data(), preamble.size())) return nullptr;
     if (std::string_view(preamble.data(), kMagic.size()) != kMagic) return nullptr;
     const std::uint32_t length = u32_at(preamble.data() + 8);
-    if (length > kLongestText || length > size_) return nullptr;
+    if (length > kLongestHeader || length > size_) return nullptr;
     text_.resize(length);
     if (!read(preamble.size(), text_.data(), length)) return nullptr;
     if (Crc32c().add(preamble.data() + 8, 4).add(text_.data(), length).value() != u32_at(preamble.data() + 12)) {
@@ -75,6 +82,9 @@ class JournalFile {
     return header;
   }
 
+  /// Whether so much was summed in vain that no further block is looked for.
+  [[nodiscard]] bool is_given_up() const { return is_given_up_; }
+
   /// Returns the block or end that begins at an offset; none unless it is intact.
   [[nodiscard]] std::optional<Block> block_at(std::uint64_t offset) {
     std::array<char, kJournalBlockHeaderSize> head;
@@ -83,10 +93,13 @@ class JournalFile {
     const std::uint32_t count = u32_at(head.data() + 4);
     Block block{.is_end = tag == kEndTag, .index = u32_at(head.data() + 8)};
     if (!block.is_end && tag != kBlockTag) return std::nullopt;
-    if (count > (block.is_end ? kLongestText : kMostRecordsPerBlock)) return std::nullopt;
+    if (count > (block.is_end ? kLongestEnd : kMostRecordsPerBlock)) return std::nullopt;
     const std::uint64_t payload_size = block.is_end ? count : count * std::uint64_t{sizeof(TickRecord)};
     block.size = kJournalBlockHeaderSize + payload_size;
     if (block.size > size_ - offset) return std::nullopt;
+    is_given_up_ = payload_size > sums_left_;
+    if (is_given_up_) return std::nullopt;
+    sums_left_ -= payload_size;
     char* payload = nullptr;
     if (block.is_end) {
       text_.resize(count);
@@ -142,6 +155,8 @@ class JournalFile {
   const std::filesystem::path& path_;
   os::FileDescriptor file_;
   std::uint64_t size_ = 0;
+  std::uint64_t sums_left_ = 0;  ///< bytes
+  bool is_given_up_ = false;
   std::vector<TickRecord> records_;
   std::string text_;
   std::string window_;
@@ -176,7 +191,7 @@ class BlockReader {
   JournalFacts read() {
     facts_.header = file_.header(facts_.good_bytes);
     std::uint64_t offset = facts_.good_bytes;
-    while (offset < file_.size() && !facts_.end) {
+    while (offset < file_.size() && !facts_.end && !file_.is_given_up()) {
       const std::optional<Block> block = file_.block_at(offset);
       if (block && take(*block, offset)) {
         offset += block->size;
@@ -297,8 +312,7 @@ void JournalWriter::begin_in_page() {
 }
 
 std::uint64_t JournalWriter::size_of(std::uint64_t rows) const noexcept {
-  constexpr std::uint64_t kEnd = 1U << 16;
-  return rows * sizeof(TickRecord) + (rows / records_per_block_ + 2) * kJournalBlockHeaderSize + kEnd;
+  return rows * sizeof(TickRecord) + (rows / records_per_block_ + 2) * kJournalBlockHeaderSize + kLongestEnd;
 }
 
 void JournalWriter::reserve(std::uint64_t size) {

@@ -115,7 +115,8 @@ struct JournalFacts {
 
 /// Reads a journal one block at a time, in constant memory. After damage continues at the next intact block whose index
 /// and tick numbers are greater than those read, and passes the rows between with the flag kLost: number and time are
-/// known, volts and displacement are NaN. These rows belong to the experiment only if the rows on both sides do.
+/// known, volts and displacement are NaN. These rows belong to the experiment only if the rows on both sides do. Cost:
+/// what follows the sums of four times the file and 64 MiB is torn.
 /// @param consume  called with the records of each intact block and of each gap, in order
 /// @throws DataError  neither the header nor any block is intact
 /// @throws PermissionError, IoError  cannot be read

@@ -210,6 +210,45 @@ TEST_F(Journal, FindsTheNextBlockAlsoWhenBytesAreMissingOrTooMany) {
   }
 }
 
+TEST_F(Journal, SumsNoByteOfAMadeUpFileThousandsOfTimes) {
+  write(true);
+  const std::string whole = content();
+  const std::size_t second_block = header_size() + kBlockSize;
+  // Heads of blocks whose wrong CRC covers all that follows, up to the greatest size of a block.
+  constexpr std::size_t kHeads = 8192;
+  const auto with_heads = [&](std::size_t count) {
+    std::string text = whole.substr(0, second_block);
+    for (std::size_t i = 0; i < count; ++i) {
+      text += journal::kBlockTag;
+      journal::append_u32(text,
+                          static_cast<std::uint32_t>((kHeads - i) * kJournalBlockHeaderSize / sizeof(TickRecord)));
+      journal::append_u32(text, 1);
+      journal::append_u32(text, 0);
+    }
+    replace(text + std::string((kHeads - count) * kJournalBlockHeaderSize, '\0') + whole.substr(second_block));
+  };
+  std::vector<TickRecord> ticks;
+  with_heads(100);
+  EXPECT_TRUE(read(ticks).end.has_value());
+  EXPECT_TRUE(same_bits(ticks, ticks_));
+  with_heads(kHeads);
+  const JournalFacts facts = read(ticks);
+  EXPECT_FALSE(facts.end.has_value()) << "the search went on over 500 MB of sums";
+  EXPECT_TRUE(same_bits(ticks, {ticks_.begin(), ticks_.begin() + kPerBlock}));
+  EXPECT_EQ(facts.torn_bytes, content().size() - second_block);
+}
+
+TEST_F(Journal, TakesNoEndOfMoreThan64KiB) {
+  {
+    JournalWriter writer(path_, header_, kPerBlock);
+    writer.append(ticks_);
+    writer.finish({{"outcome", std::string(journal::kLongestEnd, 'x')}});
+  }
+  std::vector<TickRecord> ticks;
+  EXPECT_FALSE(read(ticks).end.has_value());
+  EXPECT_TRUE(same_bits(ticks, ticks_));
+}
+
 TEST_F(Journal, TakesNoBlockOfAnEarlierRunForOneOfItsOwn) {
   write(true);
   const std::string whole = content();
