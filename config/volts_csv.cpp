@@ -80,10 +80,15 @@ class VoltsCsv {
 
   /// The next line that is neither empty nor a comment.
   std::optional<std::string_view> next_line() {
-    while (std::getline(stream_, line_)) {
+    while (stream_.getline(line_.data(), static_cast<std::streamsize>(line_.size()))) {
       ++line_number_;
-      const std::string_view text = trimmed(line_);
+      const auto taken = static_cast<std::size_t>(stream_.gcount());
+      const std::string_view text = trimmed(std::string_view(line_.data(), stream_.eof() ? taken : taken - 1));
       if (!text.empty() && text.front() != '#') return text;
+    }
+    if (!stream_.eof() && !stream_.bad()) {
+      ++line_number_;
+      refuse("expected a table of numbers, got a line of more than 1 MiB; check the path");
     }
     return std::nullopt;
   }
@@ -146,7 +151,7 @@ class VoltsCsv {
 
   const std::filesystem::path& path_;
   std::ifstream stream_;
-  std::string line_;
+  std::string line_ = std::string(kLongestTableLine + 1, '\0');
   std::size_t line_number_ = 0;
   std::size_t volts_column_ = 0;
   std::optional<std::size_t> time_column_;

@@ -11,6 +11,9 @@
 
 namespace eha {
 
+/// Bytes of a line of a table of numbers: a file of zeros, or a device, has no end of a line.
+inline constexpr std::size_t kLongestTableLine = std::size_t{1} << 20;
+
 /// Text for a message: control characters and bytes beyond ASCII become '?', and text beyond `length` becomes "...".
 [[nodiscard]] inline std::string shortened(std::string_view text, std::size_t length) {
   std::string result(text.substr(0, length));

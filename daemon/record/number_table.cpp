@@ -16,7 +16,6 @@ namespace eha::record {
 namespace {
 
 constexpr std::size_t kMostNameLength = 60;
-constexpr std::size_t kMostLineLength = std::size_t{1} << 20;  ///< a file of zeros, or a device, has no end of a line
 
 std::vector<std::string_view> fields_of(std::string_view line) {
   std::vector<std::string_view> fields;
@@ -111,7 +110,7 @@ NumberTable read_number_table(const std::filesystem::path& path) {
       piece.remove_prefix(end + 1);
     }
     line += piece;
-    if (line.size() > kMostLineLength) {
+    if (line.size() > kLongestTableLine) {
       throw DataError(os::shown(path) + ": a line of more than 1 MiB, where a table of numbers is expected");
     }
   });

@@ -11,6 +11,7 @@
 
 #include "config/prepared_experiment.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "edited.hpp"
 #include "faults_of.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -115,6 +116,16 @@ TEST_F(TableFile, ThatCannotBeReadIsRefusedWithTheLine) {
   } catch (const ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find("volts.csv: cannot be read: No such file"), std::string::npos);
   }
+}
+
+TEST_F(TableFile, HasNoLineOfMoreThanOneMebibyte) {
+  const std::string longest(kLongestTableLine - 2, ',');
+  EXPECT_EQ(faults_with("voltage_V\n0" + longest + "\n0\n0\n0"), std::vector<std::string>());
+  const std::vector<std::string> refused{
+      "e.toml:6:8: excitation.file: volts.csv:2: expected a table of numbers, got a line of more than 1 MiB; check the "
+      "path"};
+  EXPECT_EQ(faults_with("voltage_V\n0" + longest + ",,\n0\n0\n0\n"), refused);
+  EXPECT_EQ(faults_with("voltage_V\n" + std::string(2 * kLongestTableLine, '\0')), refused);
 }
 
 TEST_F(TableFile, IsNoPipeWhichNobodyMayWriteTo) {
