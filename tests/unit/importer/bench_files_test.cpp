@@ -278,6 +278,10 @@ std::vector<std::pair<std::string, std::string>> workbook_parts() {
            head + "<worksheet xmlns=\"" + main + "\"><sheetData>" + rows + "</sheetData></worksheet>"}};
 }
 
+void replace(std::string& text, const std::string& what, const std::string& by) {
+  text.replace(text.find(what), what.size(), by);
+}
+
 /// A zip archive of stored files.
 std::string archive_of(const std::vector<std::pair<std::string, std::string>>& files) {
   const auto number = [](std::uint32_t value, int bytes) {
@@ -325,6 +329,40 @@ TEST_F(BenchFile, IsAWorkbook) {
   EXPECT_EQ(imported.record.output_channel.unit, "mm");
   EXPECT_NE(imported.guess.find("workbook, first sheet"), std::string::npos) << imported.guess;
   EXPECT_NE(refusal_of(write("other.xlsx", archive_of({{"a.txt", "1,2,3\n"}}))).find("no workbook"), std::string::npos);
+}
+
+TEST_F(BenchFile, IsNoWorkbookThatNamesALongTextInEachRow) {
+  if (access(kWorkbookProgram, X_OK) != 0) GTEST_SKIP() << "xlsx2csv is not installed";
+  // The text stands once in the file, and in each row of what is unpacked: 10 MB of 0.1 MB.
+  auto parts = workbook_parts();
+  for (auto& [name, content] : parts) {
+    if (name == "xl/_rels/workbook.xml.rels") {
+      replace(content, "</Relationships>",
+              "<Relationship Id=\"rId3\" Type=\"http://schemas.openxmlformats.org/officeDocument/2006/relationships/"
+              "sharedStrings\" Target=\"sharedStrings.xml\"/></Relationships>");
+    }
+    if (name == "[Content_Types].xml") {
+      replace(
+          content, "</Types>",
+          "<Override PartName=\"/xl/sharedStrings.xml\" ContentType=\"application/vnd.openxmlformats-officedocument."
+          "spreadsheetml.sharedStrings+xml\"/></Types>");
+    }
+    if (name == "xl/worksheets/sheet1.xml") {
+      std::string rows;
+      for (int k = 0; k < 200; ++k) {
+        rows +=
+            fmt::format("<row r=\"{0}\"><c r=\"A{0}\"><v>1</v></c><c r=\"B{0}\" t=\"s\"><v>0</v></c></row>", k + 302);
+      }
+      replace(content, "</sheetData>", rows + "</sheetData>");
+    }
+  }
+  parts.emplace_back(
+      "xl/sharedStrings.xml",
+      "<?xml version=\"1.0\"?><sst xmlns=\"http://schemas.openxmlformats.org/spreadsheetml/2006/main\"><si>"
+      "<t>" +
+          std::string(50'000, 'x') + "</t></si></sst>");
+  const std::string refusal = refusal_of(write("padded.xlsx", archive_of(parts)));
+  EXPECT_NE(refusal.find("unpack to more than 3 MB of text; export the record as CSV"), std::string::npos) << refusal;
 }
 
 TEST_F(BenchFile, IsAskedAboutWhereAPointMayBeDecimalOrSeparateThousands) {
