@@ -74,12 +74,19 @@ class ArrayTable final : public Table {
     const ArrayColumn& first = arrays_[selection.columns.front()];
     rows.time_significant = first.is_single ? kDigitsOfSingle : kDigitsOfDouble;
     rows.time_decimals = kDigitsOfDouble;
+    const auto time_of = [&](std::size_t k) {
+      if (!selection.has_time) return static_cast<double>(k);
+      const double at = first.values[k];
+      return selection.time_unit_s < 1.0 ? at / std::round(1.0 / selection.time_unit_s) : at * selection.time_unit_s;
+    };
+    std::size_t asked = 0;
+    for (std::size_t k = 0; k < count; ++k) asked += time_of(k) < selection.from || time_of(k) > selection.to ? 0U : 1U;
+    if (asked > kMostRows) {
+      throw DataError(fmt::format("{}: {} has {} rows, more than {}; read a part of them with --from and --to",
+                                  path_.string(), columns_[selection.columns.front()].label, asked, kMostRows));
+    }
     for (std::size_t k = 0; k < count; ++k) {
-      double at = static_cast<double>(k);
-      if (selection.has_time) {
-        at = first.values[k];
-        at = selection.time_unit_s < 1.0 ? at / std::round(1.0 / selection.time_unit_s) : at * selection.time_unit_s;
-      }
+      const double at = time_of(k);
       if (at < selection.from || at > selection.to) continue;
       for (std::size_t i = 0; i < selection.columns.size(); ++i) {
         const double value = i == 0 && selection.has_time ? at : arrays_[selection.columns[i]].values[k];

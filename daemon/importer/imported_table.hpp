@@ -18,6 +18,9 @@ namespace eha::importer {
 /// Rows that are looked at before a file is read, to guess from.
 inline constexpr std::size_t kSampledRows = 200;
 
+/// Rows that are read of a file: 0.7 GB of three columns.
+inline constexpr std::size_t kMostRows = 30'000'000;
+
 /// A column of a file, before its role is known.
 struct Column {
   std::string label;            ///< as in the file: "Spannung [V]", "rec.u"; empty when the file names none

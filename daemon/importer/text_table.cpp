@@ -34,8 +34,6 @@ namespace {
 
 constexpr std::size_t kLinesForGuess = 2000;
 constexpr std::size_t kMostColumns = 1024;
-/// 0.7 GB of three columns.
-constexpr std::size_t kMostRows = 30'000'000;
 constexpr std::size_t kLinesBetweenProgress = 1U << 17U;
 
 std::string quoted_for_message(std::string_view text) { return '"' + readable(text, kLongestShown) + '"'; }

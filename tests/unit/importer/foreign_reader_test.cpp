@@ -174,6 +174,23 @@ TEST(ForeignReader, TakesAnArrayWithoutAName) {
   EXPECT_EQ(table->columns()[0].name, "");
 }
 
+TEST(ForeignReader, ReadsAPartOfMoreThanThirtyMillionRows) {
+  Arrays arrays{.guess = "MAT-file 5", .columns = {{.name = "u", .unit = "", .values = {}}}, .remark = ""};
+  arrays.columns[0].values.resize(kMostRows + 1);
+  const auto table = table_of_arrays("long.mat", std::move(arrays));
+  Selection selection;
+  selection.columns = {0};
+  try {
+    static_cast<void>(table->read(selection, {}));
+    FAIL() << "all rows were read";
+  } catch (const DataError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "long.mat: u has 30000001 rows, more than 30000000; read a part of them with --from and --to");
+  }
+  selection.to = 9.0;
+  EXPECT_EQ(table->read(selection, {}).columns[0].size(), 10U);
+}
+
 TEST(ForeignReader, GivesTheNumbersOfEveryKind) {
   const test::TemporaryFolder folder;
   for (const Fixture& fixture : foreign::fixtures()) {
