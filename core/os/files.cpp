@@ -47,6 +47,27 @@ std::size_t read_all(ReadSome&& read_some, std::size_t size, const std::filesyst
   return done;
 }
 
+void read_pieces_of(const FileDescriptor& file, const std::filesystem::path& path,
+                    const std::function<void(std::string_view)>& consume) {
+  std::vector<char> piece(kReadSize);
+  while (const std::size_t count = read_up_to(file, piece.data(), piece.size(), path)) {
+    consume({piece.data(), count});
+  }
+}
+
+std::string text_of(const FileDescriptor& file, const std::filesystem::path& path) {
+  // A model or a manifest has some kB; a device, or a sparse file, may have no end.
+  constexpr std::size_t kMostBytes = std::size_t{256} * 1024 * 1024;
+  std::string text;
+  read_pieces_of(file, path, [&](std::string_view piece) {
+    if (text.size() + piece.size() > kMostBytes) {
+      throw DataError(shown(path) + ": more than 256 MiB, where a text file is expected");
+    }
+    text += piece;
+  });
+  return text;
+}
+
 }  // namespace
 
 void throw_system_error(std::string_view doing, const std::filesystem::path& path, int error_number) {
@@ -85,25 +106,12 @@ std::size_t read_up_to_at(const FileDescriptor& file, char* bytes, std::size_t s
 }
 
 void read_in_pieces(const std::filesystem::path& path, const std::function<void(std::string_view)>& consume) {
-  const FileDescriptor file = open_file(path, O_RDONLY);
-  std::vector<char> piece(kReadSize);
-  while (const std::size_t count = read_up_to(file, piece.data(), piece.size(), path)) {
-    consume({piece.data(), count});
-  }
+  read_pieces_of(open_file(path, O_RDONLY), path, consume);
 }
 
-std::string read_file(const std::filesystem::path& path) {
-  // A model or a manifest has some kB; a device, or a sparse file, may have no end.
-  constexpr std::size_t kMostBytes = std::size_t{256} * 1024 * 1024;
-  std::string text;
-  read_in_pieces(path, [&](std::string_view piece) {
-    if (text.size() + piece.size() > kMostBytes) {
-      throw DataError(shown(path) + ": more than 256 MiB, where a text file is expected");
-    }
-    text += piece;
-  });
-  return text;
-}
+std::string read_file(const std::filesystem::path& path) { return text_of(open_file(path, O_RDONLY), path); }
+
+std::string read_regular_file(const std::filesystem::path& path) { return text_of(open_regular_file(path), path); }
 
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), temporary_(path_) {
   temporary_ += "." + std::to_string(::getpid()) + ".tmp";

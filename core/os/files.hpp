@@ -40,6 +40,9 @@ void read_in_pieces(const std::filesystem::path& path, const std::function<void(
 /// The content of a file. @throws DataError  more than 256 MiB
 [[nodiscard]] std::string read_file(const std::filesystem::path& path);
 
+/// The same of a regular file: a pipe of a stranger, which nobody writes, does not hang. @throws IoError  it is none
+[[nodiscard]] std::string read_regular_file(const std::filesystem::path& path);
+
 /// Writes a file that appears under its name complete or not at all: under a temporary name in the same folder,
 /// synchronised to the disk, then renamed. Without commit() no file is left. Not thread-safe.
 class AtomicFile {

@@ -56,7 +56,7 @@ std::string text_of(const Batch& batch) {
 template <class Read>
 auto parsed(const fs::path& path, const char* schema, const Read& read) {
   try {
-    Json document = parse_json_text<Json>(os::read_file(path));
+    Json document = parse_json_text<Json>(os::read_regular_file(path));
     if (document.is_discarded()) throw DataError(fmt::format("{}: damaged: no JSON", path.string()));
     record::make_one_line(document);
     if (document.at("schema") != schema) throw DataError(fmt::format("{}: not of schema {}", path.string(), schema));

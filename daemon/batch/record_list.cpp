@@ -31,6 +31,8 @@ constexpr std::string_view kListEnding = ".list";
 constexpr std::array<std::string_view, 10> kRecordEndings{".csv", ".txt",  ".tsv", ".dat", ".lvm",
                                                           ".asc", ".xlsx", ".mat", ".h5",  ".hdf5"};
 constexpr std::size_t kLongestName = 40;
+/// Of a record's file, which is summed: more than all rows that are read of one take.
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{4} << 30U;
 constexpr const char* kNotForModels =
     "a run without an experiment for models: it placed the rod, measured the valve or followed a reference";
 
@@ -95,6 +97,25 @@ void sort_by_time(std::vector<fs::path>& records) {
   for (std::size_t i = 0; i < records.size(); ++i) records[i] = std::move(started[i].second);
 }
 
+/// The file that tells whether a record has changed.
+fs::path summed_file(const fs::path& source) {
+  std::error_code ignored;
+  return fs::is_directory(source, ignored) ? source / record::kManifestFile : source;
+}
+
+/// Why a record is neither summed nor fitted; empty if it is, or if there is none.
+std::string why_not_read(const fs::path& source) {
+  std::error_code ignored;
+  const fs::path file = summed_file(source);
+  const fs::file_status there = fs::status(file, ignored);
+  if (!fs::exists(there)) return {};
+  if (!fs::is_regular_file(there)) return "a pipe or a device, which may have no end; save it to a file";
+  const std::uintmax_t bytes = fs::file_size(file, ignored);
+  if (ignored || bytes <= kMostBytes) return {};
+  return fmt::format("a file of {} GiB, more than {}; make a record of a part by eha import", bytes >> 30U,
+                     kMostBytes >> 30U);
+}
+
 std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& skipped) {
   std::vector<fs::path> found;
   std::vector<Skipped> others;
@@ -119,7 +140,7 @@ std::vector<fs::path> records_in(const fs::path& folder, std::vector<Skipped>& s
 
 std::vector<fs::path> records_listed_in(const fs::path& list) {
   std::vector<fs::path> found;
-  std::istringstream lines(os::read_file(list));
+  std::istringstream lines(os::read_regular_file(list));
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line.front() == '#') continue;
@@ -159,8 +180,7 @@ std::string plain_name(const fs::path& source) {
 
 std::string content_of(const fs::path& source) {
   try {
-    std::error_code ignored;
-    return record::sha256_of_file(fs::is_directory(source, ignored) ? source / record::kManifestFile : source);
+    return record::sha256_of_file(summed_file(source));
   } catch (const Error&) {
     return {};
   }
@@ -182,6 +202,10 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
       if (const std::string why = why_no_text(path); !why.empty()) {
         throw UsageError(fmt::format("{}: {}", one_line(path.string()), why));
       }
+      if (std::string why = why_not_read(path); !why.empty()) {
+        found.skipped.push_back({path.string(), std::move(why)});
+        continue;
+      }
       records.push_back(
           {fmt::format("{:04}-{}", records.size() + 1, plain_name(path)), path.string(), content_of(path)});
     }
@@ -189,7 +213,7 @@ FoundRecords records_of(const std::vector<std::string>& sources) {
   if (records.empty()) {
     const bool are_runs = std::all_of(found.skipped.begin(), found.skipped.end(),
                                       [](const Skipped& one) { return one.why == kNotForModels; });
-    if (!found.skipped.empty() && are_runs) {
+    if (!found.skipped.empty() && (are_runs || found.skipped.front().source == sources.front())) {
       throw UsageError(fmt::format("{}: no record: {} is {}", fmt::join(sources, ", "), found.skipped.front().source,
                                    found.skipped.front().why));
     }

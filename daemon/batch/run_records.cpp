@@ -120,7 +120,7 @@ class Fit {
     Result result;
     result.seconds = seconds_;
     result.host = host_name();
-    result.message = os::read_file(folder_ / kMessagesFile);
+    result.message = os::read_regular_file(folder_ / kMessagesFile);
     leave_out_own_words(result.message);
     if (result.message.size() > kLongestMessage) result.message.erase(0, result.message.size() - kLongestMessage);
     const int status = status_->status.value_or(0);
@@ -130,7 +130,7 @@ class Fit {
     } else {
       result.exit_code = status_->status ? WEXITSTATUS(status) : static_cast<int>(ExitCode::bug);
     }
-    result.fit = parse_json_text<nlohmann::ordered_json>(os::read_file(folder_ / kFitFile));
+    result.fit = parse_json_text<nlohmann::ordered_json>(os::read_regular_file(folder_ / kFitFile));
     if (!result.fit.is_object() || !result.fit.contains("models")) result.fit = nullptr;
     std::error_code ignored;
     fs::remove(folder_ / kFitFile, ignored);
