@@ -81,7 +81,11 @@ class Page {
   void save_rows(eha::os::FileDescriptor journal = {}) noexcept {
     try {
       if (!journal) journal = eha::open_journal(get(), owner_);
-      if (!journal) return;
+      if (!journal) {
+        if (get().has_journal())
+          std::cerr << "eha-safe: " << get().journal_path() << ": left to its writer, which lives\n";
+        return;
+      }
       const std::uint64_t rows = eha::save_rows(get(), journal);
       if (rows > 0) std::cerr << "eha-safe: " << get().journal_path() << ": the last " << rows << " rows are saved\n";
     } catch (const std::exception& error) {

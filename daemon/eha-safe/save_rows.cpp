@@ -2,7 +2,6 @@
 #include "daemon/eha-safe/save_rows.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/journal_block.hpp"
 #include "core/os/files.hpp"
+#include "core/os/writer_lock.hpp"
 
 namespace eha {
 namespace {
@@ -29,9 +29,7 @@ constexpr std::chrono::seconds kLockPatience{2};
 /// @returns false if another process keeps the lock
 bool take_lock(const os::FileDescriptor& file, const std::string& path) {
   const auto deadline = std::chrono::steady_clock::now() + kLockPatience;
-  while (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-    if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) os::throw_system_error("lock", path, errno);
+  while (!os::take_writer_lock(file, path)) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

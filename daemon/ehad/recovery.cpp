@@ -98,6 +98,7 @@ void settle_fitting(Entry& entry, const fs::path& runs_folder) {
 
 void recover_runs(const fs::path& runs_folder, const std::function<void()>& before_each) {
   record::recover_torn_runs(runs_folder, {.before_each = before_each,
+                                          .skipped = [](const std::string& message) { spdlog::warn("{}", message); },
                                           .recovered = [](const std::string& message) { spdlog::warn("{}", message); },
                                           .failed = [](const std::string& message) { spdlog::error("{}", message); }});
 }

@@ -2,7 +2,6 @@
 #include "daemon/record/journal.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,6 +18,7 @@
 #include "core/error.hpp"
 #include "core/journal_block.hpp"
 #include "core/json_text.hpp"
+#include "core/os/writer_lock.hpp"
 
 namespace eha::record {
 namespace {
@@ -272,10 +272,8 @@ JournalWriter::JournalWriter(const std::filesystem::path& path, const nlohmann::
       file_(os::open_file(path, O_RDWR | O_CREAT | O_EXCL, kOwnerAlone)),
       page_(page),
       records_per_block_(std::clamp<std::size_t>(records_per_block, 1, kMostRecordsPerBlock)) {
-  // Nobody but the owner can open the file yet. Who could read it could lock it, and keep the run from beginning.
-  while (::flock(file_.get(), LOCK_EX) != 0) {
-    if (errno != EINTR) os::throw_system_error("lock", path_, errno);
-  }
+  // Nobody but the owner can open the file yet, so that no reader's lock stands in the way.
+  static_cast<void>(os::take_writer_lock(file_, path_));
   open_to_readers_of_folder();
   pending_.reserve(records_per_block_);
   const std::string text = header.dump();
@@ -414,9 +412,7 @@ bool is_being_written(const std::filesystem::path& path) {
   constexpr std::chrono::seconds kGuardsTime(1);
   const os::FileDescriptor file = os::open_regular_file(path);
   const auto deadline = std::chrono::steady_clock::now() + kGuardsTime;
-  while (::flock(file.get(), LOCK_SH | LOCK_NB) != 0) {
-    if (errno == EINTR) continue;
-    if (errno != EWOULDBLOCK) os::throw_system_error("lock", path, errno);
+  while (os::has_writer(file, path)) {
     if (std::chrono::steady_clock::now() > deadline) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

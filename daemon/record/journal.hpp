@@ -33,8 +33,8 @@ inline constexpr std::size_t kJournalBlockHeaderSize = journal::kBlockHeaderSize
 /// ramp-out fit on a disk that has filled up. It is renewed at half of them.
 inline constexpr std::uint64_t kReservedRows = 65536;
 
-/// Appends a run to a new journal. Not thread-safe. The file is locked (flock) while this lives. Room on the disk is
-/// reserved ahead where the file system can (fallocate), and given back at the end.
+/// Appends a run to a new journal. Not thread-safe. The file is locked (os::take_writer_lock) while this lives. Room on
+/// the disk is reserved ahead where the file system can (fallocate), and given back at the end.
 class JournalWriter {
  public:
   /// @param records_per_block  records that one write() takes; the last block may have fewer

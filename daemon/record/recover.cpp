@@ -12,6 +12,8 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
+#include "core/os/writer_lock.hpp"
+#include "core/shell_word.hpp"
 #include "core/terminal_text.hpp"
 #include "daemon/record/journal.hpp"
 #include "daemon/record/manifest.hpp"
@@ -33,6 +35,14 @@ std::optional<Manifest> manifest_of(const std::filesystem::path& folder) {
   }
 }
 
+/// Whether a run lacks what is made at its end, be it still going or torn.
+bool is_unfinished(const std::filesystem::path& folder) {
+  const std::optional<Manifest> manifest = manifest_of(folder);
+  // Done after any outcome: on a full disk only the journal may have been written.
+  return (!manifest || !manifest->outcome || !std::filesystem::exists(folder / kRawFile)) &&
+         std::filesystem::exists(folder / kJournalFile);
+}
+
 bool is_complete(const std::filesystem::path& folder, const std::optional<Manifest>& manifest) {
   return manifest && manifest->outcome && manifest->outcome != Outcome::write_failed &&
          std::filesystem::exists(folder / kRawFile);
@@ -46,10 +56,10 @@ Outcome outcome_of(const JournalFacts& facts, const Manifest& manifest, const st
 }
 
 /// Frees what a killed writer had reserved beyond the rows, unless somebody has the journal's lock, who may append to
-/// it. Without it only room is lost.
+/// it: also the one (flock) that a program of before an upgrade has. Without it only room is lost.
 void give_room_back(const std::filesystem::path& journal) {
   const os::FileDescriptor file(::open(journal.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-  if (file.get() < 0 || ::flock(file.get(), LOCK_EX | LOCK_NB) != 0) return;
+  if (file.get() < 0 || !os::take_writer_lock(file, journal) || ::flock(file.get(), LOCK_EX | LOCK_NB) != 0) return;
   struct stat facts {};
   if (::fstat(file.get(), &facts) != 0) return;
   [[maybe_unused]] const int cut = ::ftruncate(file.get(), facts.st_size);
@@ -113,11 +123,7 @@ Recovery recover_run(const std::filesystem::path& folder) {
 }
 
 bool is_torn_run(const std::filesystem::path& folder) {
-  const std::optional<Manifest> manifest = manifest_of(folder);
-  // Done after any outcome: on a full disk only the journal may have been written.
-  const bool is_torn = !manifest || !manifest->outcome || !std::filesystem::exists(folder / kRawFile);
-  const std::filesystem::path journal = folder / kJournalFile;
-  return is_torn && std::filesystem::exists(journal) && !is_being_written(journal);
+  return is_unfinished(folder) && !is_being_written(folder / kJournalFile);
 }
 
 std::vector<std::filesystem::path> find_torn_runs(const std::filesystem::path& runs_folder) {
@@ -139,7 +145,16 @@ std::string describe(const std::filesystem::path& folder, const Recovery& recove
 void recover_torn_runs(const std::filesystem::path& runs_folder, const RecoveryMessages& messages) {
   for (const std::filesystem::path& folder : list_runs(runs_folder)) {
     try {
-      if (!is_torn_run(folder)) continue;
+      if (!is_unfinished(folder)) continue;
+      if (is_being_written(folder / kJournalFile)) {
+        if (messages.skipped) {
+          messages.skipped(one_line(folder.string()) +
+                           ": not recovered: another process is writing it; once that has "
+                           "ended: eha runs recover " +
+                           shell_word(folder.string()));
+        }
+        continue;
+      }
       if (messages.before_each) messages.before_each();
       messages.recovered(describe(folder, recover_run(folder)));
     } catch (const std::exception& error) {

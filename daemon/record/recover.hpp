@@ -41,6 +41,7 @@ Recovery recover_run(const std::filesystem::path& folder);
 /// Report of recover_torn_runs().
 struct RecoveryMessages {
   std::function<void()> before_each = {};  ///< called before each recovery, which may take minutes; may be empty
+  std::function<void(const std::string& message)> skipped = {};  ///< another process is writing it; may be empty
   std::function<void(const std::string& message)> recovered;
   std::function<void(const std::string& message)> failed;
 };

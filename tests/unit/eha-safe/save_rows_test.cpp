@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "daemon/record/journal.hpp"
+#include "tests/unit/readers_lock.hpp"
 #include "tests/unit/small_disk.hpp"
 #include "tests/unit/temporary_folder.hpp"
 
@@ -137,6 +138,13 @@ TEST_F(SaveRows, LeavesTheJournalOfALivingWriterAlone) {
   const auto size = std::filesystem::file_size(path_);
   EXPECT_EQ(save(), 0U);
   EXPECT_EQ(std::filesystem::file_size(path_), size);
+}
+
+TEST_F(SaveRows, WaitsForNoLockOfAReader) {
+  leave(250, 437);
+  const os::FileDescriptor readers = test::locked_by_a_reader(path_);
+  EXPECT_EQ(save(), 237U);
+  EXPECT_EQ(rows(), 437U);
 }
 
 TEST_F(SaveRows, RefusesAnotherFileUnderTheNameOfTheJournal) {

@@ -16,6 +16,7 @@
 #include "daemon/record/raw_hdf5.hpp"
 #include "daemon/record/run_folder.hpp"
 #include "daemon/record/run_header.hpp"
+#include "tests/unit/readers_lock.hpp"
 #include "tests/unit/record/record_fixture.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 
@@ -244,6 +245,26 @@ TEST_F(Recover, LeavesARunAloneThatIsStillGoing) {
   const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
   EXPECT_TRUE(find_torn_runs(folder_ / "runs").empty());
   EXPECT_THROW(recover_run(folder), IoError);
+}
+
+TEST_F(Recover, FindsATornRunThatAReaderHasLocked) {
+  const std::filesystem::path folder = torn_run(1000);
+  const os::FileDescriptor readers = test::locked_by_a_reader(folder / kJournalFile);
+  EXPECT_EQ(find_torn_runs(folder_ / "runs"), std::vector{folder});
+  EXPECT_TRUE(recover_run(folder).changed);
+}
+
+TEST_F(Recover, SaysWhichRunItSkipsBecauseItIsBeingWritten) {
+  const std::filesystem::path folder = create_run_folder(folder_ / "runs", "going");
+  const JournalWriter writer(folder / kJournalFile, {{"name", "going"}}, 100);
+  std::string skipped;
+  recover_torn_runs(folder_ / "runs", {.skipped = [&](const std::string& message) { skipped = message; },
+                                       .recovered = [](const std::string& message) { FAIL() << message; },
+                                       .failed = [](const std::string& message) { FAIL() << message; }});
+  EXPECT_EQ(skipped, folder.string() +
+                         ": not recovered: another process is writing it; once that has ended: eha runs "
+                         "recover " +
+                         folder.string());
 }
 
 TEST_F(Recover, CutsNoJournalWhoseLockSomebodyHas) {
