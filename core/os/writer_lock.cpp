@@ -26,8 +26,8 @@ bool take_writer_lock(const FileDescriptor& file, const std::filesystem::path& p
   for (bool is_readers = false; ::fcntl(file.get(), F_OFD_SETLK, &range) != 0;) {
     if (errno == EINTR) continue;
     if (errno != EAGAIN && errno != EACCES) throw_system_error("lock", path, errno);
-    if (is_readers) return true;
     if (has_writer(file, path)) return false;
+    if (is_readers) return true;
     is_readers = true;
   }
   return true;
