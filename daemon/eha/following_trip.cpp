@@ -19,10 +19,10 @@ namespace eha::cli {
 
 namespace {
 
-/// Of a no_motion: that the rod did not go the other way, as it does with a wrong null. @param moved_in  [in]
+/// Of a no_motion: that the rod did not move at all. With a wrong null it does, however little. @param moved_in  [in]
 bool is_still(double moved_in) {
-  constexpr double kBack_in = 0.02;
-  return !(moved_in < -kBack_in);
+  constexpr double kNothing_in = 0.001;
+  return !(std::abs(moved_in) > kNothing_in);
 }
 
 }  // namespace

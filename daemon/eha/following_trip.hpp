@@ -14,7 +14,7 @@ namespace eha::cli {
 struct Trip {
   std::string fault = {};      ///< its name, such as "no_motion"; empty: none
   bool reading_jumps = false;  ///< the readings moved as no rod does, which no [following] makes
-  bool stands_still = false;   ///< no_motion of a rod that did not move the other way either
+  bool stands_still = false;   ///< no_motion of a rod that stood, as without pressure
 };
 [[nodiscard]] Trip trip_of(const acquisition::FaultReport& fault);
 [[nodiscard]] Trip trip_of(const record::Manifest& manifest);

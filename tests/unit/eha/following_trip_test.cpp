@@ -20,11 +20,11 @@ TEST(FollowingTrip, LeavesFollowingOutWhereItMayBeWrongAndNotAtALimitOfTheTravel
   }
   EXPECT_EQ(next_after_trip({.fault = "travel_limit"}, &rig, access), suggest::read(access));
   EXPECT_EQ(next_after_trip({.fault = "no_motion"}, nullptr, access), suggest::read(access)) << "of an unknown rig";
-  // No pressure and a valve without its plug come first; a wrong null moves the rod the other way.
+  // No pressure and a valve without its plug come first; a wrong null moves the rod, however little.
   using acquisition::Fault;
-  EXPECT_EQ(next_after_trip(trip_of({.fault = Fault::no_motion, .value = 0.001, .limit = 0.05}), &rig, access),
+  EXPECT_EQ(next_after_trip(trip_of({.fault = Fault::no_motion, .value = 0.0001, .limit = 0.05}), &rig, access),
             suggest::read(access));
-  EXPECT_EQ(next_after_trip(trip_of({.fault = Fault::no_motion, .value = -0.1, .limit = 0.05}), &rig, access),
+  EXPECT_EQ(next_after_trip(trip_of({.fault = Fault::no_motion, .value = 0.003, .limit = 0.0}), &rig, access),
             suggest::without_following(access));
 }
 

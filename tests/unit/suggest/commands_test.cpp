@@ -39,8 +39,9 @@ TEST(Suggestions, NameNoCommandForTheValveOfAForeignRecord) {
   EXPECT_EQ(completed("shift them further: `eha characterise` measures them", rig),
             "shift them further: a record of a slow triangle of volts about the null that is wider than the dead band "
             "measures them");
-  EXPECT_EQ(completed("They shift. `eha characterise` measures them", rig),
-            "They shift. A record of a slow triangle of volts about the null that is wider than the dead band measures them");
+  EXPECT_EQ(
+      completed("They shift. `eha characterise` measures them", rig),
+      "They shift. A record of a slow triangle of volts about the null that is wider than the dead band measures them");
 }
 
 TEST(Suggestions, CompleteWhatATextNamesInShort) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "ident/validation/verdict.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,6 +13,7 @@
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/explanation.hpp"
+#include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 #include "tests/unit/ident/validation/good_model.hpp"
 
