@@ -124,9 +124,7 @@ ExitCode identify_run(const fs::path& folder, Console& console) {
   console.end_progress();
   std::vector<fs::path> written = identify::publish(identification, source.opened);
   const DisplayUnit unit = console.unit(source.units);
-  suggest::RigAccess rig = console.rig();
-  rig.fit = "eha fit " + shell_word(folder.string());
-  console.set_rig(std::move(rig));
+  console.set_rig(suggest::with_fit_of(console.rig(), folder.string()));
   write_report(source.opened, unit, written, console);
   print_identification(
       identification, written,

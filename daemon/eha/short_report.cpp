@@ -15,7 +15,6 @@
 
 #include "core/error.hpp"
 #include "core/os/files.hpp"
-#include "core/shell_word.hpp"
 #include "daemon/eha/equation.hpp"
 #include "daemon/eha/model_argument.hpp"
 #include "daemon/eha/model_list.hpp"
@@ -391,12 +390,10 @@ bool print_answer(const std::filesystem::path& folder, const record::Manifest& m
   const std::vector<record::ModelEntry> models = record::models_of(manifest);
   if (models.empty()) return false;
   try {
-    suggest::RigAccess rig = console.rig();
-    rig.fit = "eha fit " + shell_word(folder.string());
     console.print(suggest::completed(
         short_report(answer_of_run(folder, manifest), console.unit(record::rig_units(manifest.other)),
                      console.verbose() ? Reasons::all : Reasons::first),
-        rig));
+        suggest::with_fit_of(console.rig(), folder.string())));
     std::size_t rejected = 0;
     for (const record::ModelEntry& model : models) {
       const std::filesystem::path file = folder / model.file;

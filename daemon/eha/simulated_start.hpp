@@ -13,6 +13,7 @@
 namespace eha::cli {
 
 /// Where the simulated output of a rod begins: a model that does not come to rest has the place of its own record.
+/// @param factor, unit  of the place in the sentence, over that of the model
 /// @returns none of any other model
 inline std::optional<std::string> simulated_start(const ident::Model& model, double factor, const std::string& unit) {
   if (ident::comes_to_rest(model) || model.grey_box) return std::nullopt;

@@ -287,13 +287,15 @@ const Entry* Queue::open_fault() const {
   return newest;
 }
 
-std::vector<EntryId> Queue::close_faults() {
+std::vector<EntryId> Queue::clear(bool Entry::*mark) {
   std::vector<EntryId> changed;
   for (auto& [id, entry] : entries_) {
-    if (std::exchange(entry.is_open_fault, false)) changed.push_back(id);
+    if (std::exchange(entry.*mark, false)) changed.push_back(id);
   }
   return changed;
 }
+
+std::vector<EntryId> Queue::close_faults() { return clear(&Entry::is_open_fault); }
 
 bool is_same_place(const std::pair<double, double>& one, const std::pair<double, double>& other) {
   constexpr double kMost_V = 10.0;        // of a card
@@ -318,21 +320,9 @@ std::vector<EntryId> Queue::missed_motion(const std::pair<double, double>& in_fo
   return missed;
 }
 
-std::vector<EntryId> Queue::forget_missed_motion() {
-  std::vector<EntryId> changed;
-  for (auto& [id, entry] : entries_) {
-    if (std::exchange(entry.missed_motion, false)) changed.push_back(id);
-  }
-  return changed;
-}
+std::vector<EntryId> Queue::forget_missed_motion() { return clear(&Entry::missed_motion); }
 
-std::vector<EntryId> Queue::close_slips() {
-  std::vector<EntryId> changed;
-  for (auto& [id, entry] : entries_) {
-    if (std::exchange(entry.has_open_slip, false)) changed.push_back(id);
-  }
-  return changed;
-}
+std::vector<EntryId> Queue::close_slips() { return clear(&Entry::has_open_slip); }
 
 std::vector<EntryId> Queue::forget_old(EntryId kept) {
   auto over = static_cast<std::size_t>(

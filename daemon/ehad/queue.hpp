@@ -162,6 +162,9 @@ class Queue {
   std::vector<EntryId> forget_old(EntryId kept);
 
  private:
+  /// Takes a mark from every entry. @returns the entries that had it
+  std::vector<EntryId> clear(bool Entry::*mark);
+
   std::map<EntryId, Entry> entries_;
   EntryId next_id_ = 1;
 };

@@ -168,7 +168,7 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
       disarmed_because_.clear();
       stopped_because_.clear();
       if (rig_.moves_machine()) close_slips();
-      if (has_ruler) forget_missed_motion();
+      if (rig_.moves_machine() && has_ruler) forget_missed_motion();
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;

@@ -112,7 +112,8 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     entry.placed_in = run.displacement_in;
     rig_.rod_is_at(run.displacement_in);
   }
-  if (acquisition::is_whole(outcome)) forget_missed_motion();
+  // A simulated rod says nothing of the machine's.
+  if (acquisition::is_whole(outcome) && entry.calibration) forget_missed_motion();
   if (acquisition::is_whole(outcome) && run.only_placed) {
     const DisplayUnit unit(rig_.config()->units);
     spdlog::info("experiment {}: the rod is at {:.3f} {}", entry.id, unit.factor("in") * run.displacement_in,

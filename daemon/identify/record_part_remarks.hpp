@@ -9,13 +9,17 @@
 
 namespace eha::identify {
 
+// What is said of the parts of a record that estimate and judge.
+
+/// Of a record that holds too little motion.
 struct PieceRemark {
-  std::string sentence;
+  std::string sentence;                                 ///< with what to record
   std::optional<ident::RecordFacts::Piece> piece = {};  ///< none where a longer record tells no more
 };
 
 /// What to say of a record whose estimating part holds less than two periods of the input's fastest motion: many curves
-/// follow such a piece. A lone pulse is one, and may still tell the plant.
+/// follow such a piece. A lone pulse is one, and may still tell the plant. None where it holds more. Cost: the spectrum
+/// of that part.
 [[nodiscard]] std::optional<PieceRemark> piece_remark(const IdentificationTask& task);
 
 /// Why another share of the record estimates than the default.

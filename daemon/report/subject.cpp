@@ -217,8 +217,7 @@ std::optional<double> Subject::trip_s() const {
 std::optional<suggest::RigAccess> Subject::access() const {
   if (!manifest) return std::nullopt;
   suggest::RigAccess rig = suggest::access_of_run(*manifest);
-  if (!folder.empty()) rig.fit = "eha fit " + shell_word(folder);
-  return rig;
+  return folder.empty() ? rig : suggest::with_fit_of(std::move(rig), folder);
 }
 
 std::optional<double> Subject::split_s() const {

@@ -131,6 +131,11 @@ RigAccess access_of_run(const ordered_json& manifest) {
   return rig;
 }
 
+RigAccess with_fit_of(RigAccess rig, const std::string& record) {
+  rig.fit = "eha fit " + shell_word(record);
+  return rig;
+}
+
 std::string through(const std::string& socket, std::string command) {
   if (!socket.empty()) command += " --socket " + shell_word(socket);
   return command;

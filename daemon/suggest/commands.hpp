@@ -33,6 +33,9 @@ struct RigAccess {
 /// of the run. Without `played_by`, in runs of earlier versions, one in virtual time counts as local.
 [[nodiscard]] RigAccess access_of_run(const nlohmann::ordered_json& manifest);
 
+/// The same for texts that offer another fit of a record. @param record  a run folder or a file
+[[nodiscard]] RigAccess with_fit_of(RigAccess rig, const std::string& record);
+
 /// `eha run EXPERIMENT...`.
 [[nodiscard]] std::string run(const RigAccess& rig, const std::vector<std::string>& experiments);
 

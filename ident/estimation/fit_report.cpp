@@ -75,9 +75,9 @@ Eigen::VectorXd unfiltered(const Eigen::VectorXd& signal, const Comparison& comp
 
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
 /// while the simulation turns back only beyond that value [%]; 0 unless its bulge, over what it is at the ends of a
-/// stay, exceeds kBulgeOverNoise times the white part of the residual on average, and of the crests of a coarse sensor,
-/// which do not stands_at_end(). A fit that bends towards the flat
-/// pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
+/// stay, exceeds kBulgeOverNoise times the white part of the residual on average, and at an end where the output is not
+/// as stands_at_end() wants: crests of a coarse sensor. A fit that bends towards the flat pieces still bulges; a plant
+/// at rest, or a slow peak of few converter codes, does not.
 /// @param output  of the record at the compared rows, without the filter, behind which no two values are equal
 double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
                          const Eigen::VectorXd& simulated) {

@@ -6,7 +6,8 @@
 
 #include "ident/model/model.hpp"
 
-/// Which model of a record may be recommended, by AR-BIC and what its kind must gain: the parts of recommend().
+/// Which model of a record may be recommended, by AR-BIC and what its kind must gain: the parts of recommend(). `all`
+/// are those that compared() returns, with their verdicts; a part reads them alone. Cost of each: none to speak of.
 namespace eha::ident::choice {
 
 using Models = std::vector<const Model*>;
@@ -14,6 +15,7 @@ using Models = std::vector<const Model*>;
 /// Those that can be compared with the first one that has a criterion, the least AR-BIC first.
 [[nodiscard]] Models compared(const Models& models);
 
+/// Whether its verdict is good or usable.
 [[nodiscard]] bool is_accepted(const Model& model);
 
 /// Frequency [Hz] of a pair of poles so far above the band that the record shows that only its lag can be seen there.
@@ -36,6 +38,7 @@ using Models = std::vector<const Model*>;
 /// did between the rows makes one, and the record shows no such motion.
 [[nodiscard]] bool rings_between_rows(const Model& model);
 
+/// Whether noise of the measured input, or its way between the rows, makes what the model leaves over.
 [[nodiscard]] bool is_blurred(const Model& model);
 
 /// Whether noise of the measured input, or its way between the rows, makes what a model without a map and without
@@ -67,8 +70,10 @@ using Models = std::vector<const Model*>;
 /// Whether the difference of AR-BIC is too small to tell.
 [[nodiscard]] bool is_unclear_between(const Model& picked, const Model& other);
 
+/// Whether one of them has a dead time and the other none.
 [[nodiscard]] bool one_has_a_delay(const Model& picked, const Model& other);
 
+/// Whether the tests show that the input still moves what the model leaves over.
 [[nodiscard]] bool fails_input_test(const Model& model);
 
 /// An accepted model with less than half the error on the unseen part, or less than a third where it has more

@@ -89,8 +89,10 @@ template <typename Row, typename ModelOf>
 /// and, where its test for nonlinear effects (of the validation part) fails, that test's statistic; one whose own
 /// orders are all so near to whole numbers only if none of integer order is accepted; one with a dead time that may be
 /// a lag, or with a resonance beyond ten times the usable band must gain as much on the others; one with a map kMapGain
-/// on those without. If the verdict rejects the picked model, or an accepted one has less than half its error on the
-/// validation part (a third with more parameters), the next one is taken and `validation_chose` set; without one, none.
+/// on those without. One for which asks_too_much_of_input(), fits_rounding(), stands_for_dead_time() or
+/// is_bent_by_loop() of model_choice.hpp holds takes no part. If the verdict rejects the picked model, or an accepted
+/// one has less than half its error on the validation part (a third with more parameters), the next one is taken and
+/// `validation_chose` set; without one, none.
 /// @param models  fitted to the same rows of one record, each with its verdict; one without AR-BIC, of other rows or by
 ///                the paper's procedure takes no part
 /// @param limits, unmeasured  as judge()
