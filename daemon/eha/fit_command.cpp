@@ -231,6 +231,10 @@ void warn_of_lost_input(const FitCommand& again, const Source& source, const Con
                       : fmt::format("cut: `{}`", importer::command_with(again.import, again.source, lost->options))));
 }
 
+bool mends_columns(ident::FirstStep first) {
+  return first == ident::FirstStep::mend_input || first == ident::FirstStep::take_rows_as_even;
+}
+
 struct Answered {
   IdentificationTask task;
   Identification identification;
@@ -255,7 +259,7 @@ Answered answer(const FitCommand& command, const FitCommand& again, Source& sour
     const auto& validation = one.result.model.validation;
     return !validation || validation->score.r2_percent >= ident::kNoAnswer_percent;
   });
-  if (first == ident::FirstStep::look_at_sensor || first == ident::FirstStep::mend_input || is_unanswered)
+  if (first == ident::FirstStep::look_at_sensor || mends_columns(first) || is_unanswered)
     return {task, std::move(held)};
   const auto between = identify::input_between_rows(source, task, held);
   if (between && between->is_straight && !command.record.intersample) {
@@ -352,7 +356,7 @@ ExitCode execute(const FitCommand& command, Console& console) {
   print_identification(identification, written, {{"schema", "eha-fit/1"}, {"source", command.source}}, unit, console);
   if (written.empty()) console.print("Nothing written; -o DIR writes one file per model.");
   const ExitCode code = identify::exit_code(identification.models);
-  if (first == ident::FirstStep::mend_input) {
+  if (mends_columns(first)) {
     console.next_step(mending_fit(again, source, identification));
     return code;
   }

@@ -87,6 +87,11 @@ std::string mending_fit(const FitCommand& command, const Source& source, const I
   if (options.starts_with(kLate)) {
     options = fmt::format("{}{}", kLate, command.import.input_late + std::stoul(options.substr(kLate.size())));
   }
+  if (!options.empty() && identify::next_step_of(identification).first == ident::FirstStep::take_rows_as_even) {
+    FitCommand even = command;
+    even.import.command = importer::command_without_flag(even.import, "--resample");
+    return fit_of_part(even, source, options);
+  }
   return options.empty() ? picture_of_record(command) : fit_of_part(command, source, options);
 }
 

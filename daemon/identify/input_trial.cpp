@@ -327,6 +327,32 @@ std::optional<WrongInput> of_clipped_input(const Source& source, const Identific
       part};
 }
 
+std::optional<WrongInput> of_moved_rows(const Source& source, const IdentificationTask& task,
+                                        const std::vector<const IdentifiedModel*>& bases) {
+  if (!source.as_even || task.record.parts != 1) return std::nullopt;
+  ident::Record even = task.record;
+  even.step_s = source.as_even->step_s;
+  even.input = source.as_even->input;
+  even.output = source.as_even->output;
+  const std::optional<Refit> given = least_error_of(bases, task.record, task.options);
+  const std::optional<Refit> found = least_error_of(bases, even, task.options);
+  if (!given || !found) return std::nullopt;
+  if (!(found->error < given->error)) {
+    return WrongInput{
+        "The rows were moved to even times, the input as if it had switched at the times of the rows; what "
+        "the checks find beside may come from that alone: record with an even clock where it matters",
+        {},
+        true};
+  }
+  const std::string options = fmt::format("--period {:.6g}", even.step_s);
+  return WrongInput{
+      fmt::format("The rows were moved to even times although they had been sampled at such, and only their time "
+                  "stamps came early or late: taken as even {} errs {} times as much (`{}` in place of --resample). "
+                  "What moving them leaves over is no part of the plant",
+                  found->name, ident::figure_text(found->error / given->error), options),
+      options, true};
+}
+
 WrongInput exchanged_columns(const Source& source, const ExchangedFit& other, std::string_view why) {
   return {fmt::format("Input and output may be exchanged: {}, and the other way round {} has a validation R2 of {} %",
                       why, other.name, ident::percent_text(other.r2_percent)),
@@ -361,6 +387,7 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   const auto say = [&](double share, const char* what) {
     if (progress) progress(share, std::string("testing whether the input's column ") + what);
   };
+  if (auto found = of_moved_rows(source, task, bases)) return found;
   say(0.0, "froze or is clipped");
   if (auto found = of_frozen_input(task, bases)) return found;
   if (auto found = of_clipped_input(source, task, bases)) return found;
@@ -413,7 +440,8 @@ std::optional<WrongInput> lost_input(const Source& source) {
 void reject_for(const WrongInput& wrong, const IdentificationTask& task, Identification& identification) {
   for (IdentifiedModel& one : identification.models) {
     ident::Model& model = one.result.model;
-    model.provenance[ident::kWrongInput] = wrong.sentence;
+    model.provenance[wrong.are_times ? ident::kMovedRows : ident::kWrongInput] = wrong.sentence;
+    if (wrong.are_times && !wrong.options.empty()) model.provenance[ident::kAsSampled] = wrong.options;
     const auto band = model.verdict ? model.verdict->usable_band : std::nullopt;
     model.verdict = ident::judge(model, task.acceptance, facts_of(task));
     model.verdict->usable_band = band;

@@ -8,16 +8,17 @@
 
 namespace eha::identify {
 
-/// An input column of a file that is not what the plant got.
+/// Columns of a file that are not what the plant got and gave.
 struct WrongInput {
   std::string sentence;      ///< what is wrong with it, the figures, and what to do
   std::string options = {};  ///< of `eha fit`, which mend it, "--input-late 2"; empty: none does
+  bool are_times = false;    ///< the columns are right, and their rows were moved although they had been sampled evenly
 };
 
 /// Asks whether input and output are exchanged (exchanged_fit()). Else fits the best of the simple models again behind
 /// an input as it may have been: some rows earlier, without the part where it froze (ident::frozen_input()), and, where
-/// it stands exactly at its ends (ident::clipped_input()), going on beyond them. An input that is right errs more
-/// that way, whatever else its model lacks.
+/// it stands exactly at its ends (ident::clipped_input()), going on beyond them; of rows that were moved, as if they
+/// had been sampled evenly. An input that is right errs more that way, whatever else its model lacks.
 /// @returns what errs clearly less than every given model and, of a shift, than an input that is straight between the
 /// rows; none of a run, whose input is known, of a record in closed loop, where the first model passes every check, and
 /// for records of more than a million rows.
@@ -37,7 +38,7 @@ struct WrongInput {
 /// and of a record in closed loop. Cost O(N), below 0.1 s of a million rows.
 [[nodiscard]] std::optional<WrongInput> lost_input(const Source& source);
 
-/// Judges the models anew, each of which is rejected for it, and chooses again.
+/// Judges the models anew, each of which is rejected for it unless it is the times that are wrong, and chooses again.
 void reject_for(const WrongInput& wrong, const IdentificationTask& task, Identification& identification);
 
 }  // namespace eha::identify

@@ -102,7 +102,7 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
        {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
         ident::kWithinDeadBand, ident::kAtCommandLimit, ident::kEffectOnOwnRecord, ident::kGainChanged,
         ident::kBesideGainChange, ident::kLongerPart, ident::kSlowRows, ident::kLoopOfRecord, ident::kOutputInInput,
-        ident::kAgainstLostRows, ident::kWrongInput}) {
+        ident::kAgainstLostRows, ident::kWrongInput, ident::kMovedRows, ident::kAsSampled}) {
     model.provenance.erase(key);
   }
   ident::forget_explanation(model);

@@ -131,6 +131,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.without_gaps = imported.without_gaps;
     source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);
+    source.as_even = std::move(imported.as_even);
     if (source.experiment) {
       const double samples = std::round(source.experiment->duration_s / source.record.step_s);
       source.repetition_samples = static_cast<std::size_t>(samples);

@@ -115,6 +115,12 @@ std::string command_without(const Options& options, const std::vector<std::strin
   return command;
 }
 
+std::string command_without_flag(const Options& options, const std::string& name) {
+  std::string command = options.command;
+  erase_option(command, name, false);
+  return command;
+}
+
 std::string command_that_made(const Options& options) {
   std::string command = command_without(options, {"-o", "--units"});
   for (const char* flag : {"--json", "--no-progress", "-q", "--quiet", "-v", "--verbose"}) {

@@ -21,6 +21,9 @@ namespace eha::importer {
 /// The command without some of its options that have a value, however often.
 [[nodiscard]] std::string command_without(const Options& options, const std::vector<std::string>& names);
 
+/// The command without an option that has no value.
+[[nodiscard]] std::string command_without_flag(const Options& options, const std::string& name);
+
 /// The command less the options that say where it writes and what it shows: what it reads and makes of it.
 [[nodiscard]] std::string command_that_made(const Options& options);
 

@@ -39,9 +39,15 @@
 namespace eha::importer {
 namespace {
 
+constexpr std::size_t kMostRowsAsEven = 1'000'000;
+
+Eigen::VectorXd as_vector(const std::vector<double>& column) {
+  return Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(column.size()));
+}
+
 /// Copies a column and frees its vector, so that a long record is not held twice.
 Eigen::VectorXd taken(std::vector<double>& column) {
-  Eigen::VectorXd values = Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(column.size()));
+  Eigen::VectorXd values = as_vector(column);
   std::vector<double>().swap(column);
   return values;
 }
@@ -144,8 +150,14 @@ std::optional<std::size_t> set_point_beside(const Table& table, const Roles& rol
   return std::nullopt;
 }
 
+/// Period of rows whose time stamps scatter [s].
+double mean_period_s(const std::vector<double>& time_s) {
+  return round_period((time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1), time_s.size());
+}
+
 /// For rows that were moved to an even grid.
-std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
+std::string remark_on_moved_rows(const Resampled& even, const std::vector<double>& time_s) {
+  const std::size_t rows = even.columns.front().size();
   constexpr double kWorthSaying = 0.01;  // of the rows, and of a step
   const bool is_small = static_cast<double>(even.moved_rows) < kWorthSaying * static_cast<double>(rows) ||
                         even.most_moved_s < kWorthSaying * even.step_s;
@@ -158,7 +170,7 @@ std::string remark_on_moved_rows(const Resampled& even, std::size_t rows) {
         // Where rows are missing it would shorten the record.
         even.filled.empty() ? fmt::format("; if the rows were sampled evenly and only the clock is uneven, --period "
                                           "{:.6g} takes them so",
-                                          even.step_s)
+                                          mean_period_s(time_s))
                             : std::string());
   }
   return fmt::format(
@@ -329,8 +341,14 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
     record.start_s = even.start_s;
     record.unmeasured = std::move(even.filled);
     imported.held = std::move(even.held);
-    if (std::string remark = remark_on_moved_rows(even, even.columns.front().size()); !remark.empty()) {
+    if (std::string remark = remark_on_moved_rows(even, rows.columns[0]); !remark.empty()) {
       imported.remarks.push_back(path.string() + ": " + remark);
+      if (even.is_averaged && even.filled.empty() && roles.output && rows.count() <= kMostRowsAsEven) {
+        imported.as_even = ident::Record{};
+        imported.as_even->step_s = mean_period_s(rows.columns[0]);
+        imported.as_even->input = as_vector(rows.columns[first]);
+        imported.as_even->output = as_vector(rows.columns[first + 1]);
+      }
     }
     std::move(even.repairs.begin(), even.repairs.end(), std::back_inserter(imported.repairs));
     for (std::size_t i = 0; i < even.columns.size(); ++i) rows.columns[first + i] = std::move(even.columns[i]);

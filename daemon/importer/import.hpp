@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,9 @@ struct Imported {
   std::string gaps = {};        ///< where such gaps are, "from 42 to 42.29 s"; empty without one
   bool is_closed_loop = false;  ///< a set point stood beside input and output
   std::vector<std::string> repairs = {};  ///< gaps and jitter that --resample mended, one sentence each
+  /// Of rows that were moved to an even grid, and of which none is missing: the same rows as if they had been sampled
+  /// evenly, as --period reads them. None of more than a million rows.
+  std::optional<ident::Record> as_even = {};
 };
 
 /// Reads a record. Ten million rows of text (0.26 GB) take about 4 s and 0.4 GB on one core.

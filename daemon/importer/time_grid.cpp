@@ -134,13 +134,13 @@ class Grid {
     const bool is_within = off_s.abs().maxCoeff() <= kWithin * period_s && wander_s(off_s) <= kWanders * period_s;
     const std::string place_text = path_.string() + table_.where(row);
     if (const auto part = is_within ? std::nullopt : part_between_gaps(kGapOfScattering)) {
-      throw DataError(
-          fmt::format("{}: {}: {:.0f} % of the steps differ so, and rows are missing; the longest part without, {} of "
-                      "{} rows, if the rows were sampled evenly, and only their time stamps came early or late: `{}`; "
-                      "if the times are those of the samples: `{}`",
-                      place_text, what, 100.0 * uneven, part->rows, time_s_.size(),
-                      command(fmt::format("--period {:.9g} {}", round_period(part->period_s), part->options)),
-                      command("--resample " + part->options)));
+      throw DataError(fmt::format(
+          "{}: {}: {:.0f} % of the steps differ so, and rows are missing; the longest part without, {} of "
+          "{} rows, if the rows were sampled evenly, and only their time stamps came early or late: `{}`; "
+          "if the times are those of the samples: `{}`",
+          place_text, what, 100.0 * uneven, part->rows, time_s_.size(),
+          command(fmt::format("--period {:.9g} {}", round_period(part->period_s, time_s_.size()), part->options)),
+          command("--resample " + part->options)));
     }
     if (!is_within) {
       throw DataError(fmt::format(
@@ -148,7 +148,7 @@ class Grid {
           "an even grid: `{}`",
           place_text, what, 100.0 * uneven, command("--resample")));
     }
-    const double round_s = round_period(period_s);
+    const double round_s = round_period(period_s, time_s_.size());
     throw DataError(fmt::format(
         "{}: {}: the times scatter by {:.3g} s about an even grid of {:.9g} s, and no row is missing; if the "
         "rows were sampled evenly, and only their time stamps came early or late: `{}`; if the times are "
@@ -169,16 +169,6 @@ class Grid {
       greatest_s = std::max(greatest_s, mean_s);
     }
     return greatest_s - least_s;
-  }
-
-  /// The roundest period that drifts from the rows by a quarter of it over the record.
-  [[nodiscard]] double round_period(double period_s) const {
-    constexpr double kDrift = 0.25;
-    for (int digits = 1; digits < kMostStepDigits; ++digits) {
-      const double round_s = std::stod(fmt::format("{:.{}e}", period_s, digits - 1));
-      if (std::abs(round_s - period_s) * static_cast<double>(time_s_.size()) <= kDrift * period_s) return round_s;
-    }
-    return period_s;
   }
 
   /// For times that leave the grid smoothly, as added up in single precision: the mean step.
@@ -361,6 +351,15 @@ class Grid {
 };
 
 }  // namespace
+
+double round_period(double period_s, std::size_t rows) {
+  constexpr double kDrift = 0.25;
+  for (int digits = 1; digits < kMostStepDigits; ++digits) {
+    const double round_s = std::stod(fmt::format("{:.{}e}", period_s, digits - 1));
+    if (std::abs(round_s - period_s) * static_cast<double>(rows) <= kDrift * period_s) return round_s;
+  }
+  return period_s;
+}
 
 double even_step_s(const Rows& rows, const std::filesystem::path& path, const Options& options) {
   return Grid(rows, path, options).step_s();

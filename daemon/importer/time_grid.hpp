@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 
@@ -13,6 +14,9 @@ namespace eha::importer {
 inline constexpr double kOnGrid = 0.02;
 /// A step of fewer digits within the tolerance is the round one that was meant.
 inline constexpr int kMostStepDigits = 12;
+
+/// The roundest period that drifts from so many rows by at most a quarter of it over the record [s].
+[[nodiscard]] double round_period(double period_s, std::size_t rows);
 
 /// Step of an evenly sampled time column [s].
 ///

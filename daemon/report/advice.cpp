@@ -44,6 +44,8 @@ std::string against_error(const ident::Model& model) {
   switch (ident::error_cause(model, *model.verdict)) {
     case ErrorCause::wrong_input:
       return "The input column is wrong: " + in_box;
+    case ErrorCause::moved_rows:
+      return "The rows were moved in time: " + in_box;
     case ErrorCause::frozen:
       return "The sensor froze, which no model follows: cut that part as the box above says.";
     case ErrorCause::slow_rows:

@@ -49,6 +49,8 @@ std::string first_step(const Subject& subject) {
       return "`eha read` shows whether the reading follows the rod; once it does, record again.";
     case ident::FirstStep::mend_input:
       return "first mend the input column as said above; no figure of these models holds.";
+    case ident::FirstStep::take_rows_as_even:
+      return "first fit the rows as sampled evenly, as said above.";
     case ident::FirstStep::cut:
       if (next.cut_options.empty()) return "first cut the record as said above, and fit the part that is left.";
       return subject.folder.empty()

@@ -100,6 +100,8 @@ std::optional<CoveringSplit> covering_split(const Record& record, const FitOptio
       tried.split = share;
       if (!(share > options.split)) continue;
       if (!covers(sides_of(input.head(part_of(fit_rows(record, tried))), least, greatest, *middle), whole)) continue;
+      // Of the last step what is left would be noise alone.
+      if (judging_part_rests(record, tried)) continue;
       return CoveringSplit{share, input.head(estimating).minCoeff(), input.head(estimating).maxCoeff(),
                            judging.minCoeff(), judging.maxCoeff()};
     }

@@ -24,7 +24,8 @@ struct CoveringSplit {
 
 /// The least share of 0.6, 0.7, 0.8 and 0.9 whose input lets a valve's map be estimated where that of the options does
 /// not: on either side of its median it reaches half of what the record's reaches, and of a staircase it has two levels
-/// where the record has. None where the options' share does, or none of these. Cost O(N log N).
+/// where the record has. None after which judging_part_rests(). None where the options' share does, or none of these.
+/// Cost O(N log N).
 [[nodiscard]] std::optional<CoveringSplit> covering_split(const Record& record, const FitOptions& options);
 
 }  // namespace eha::ident

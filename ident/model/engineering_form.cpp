@@ -298,7 +298,16 @@ std::string grey_box_text(const Model& model, std::string_view plus_minus) {
 bool may_be_lag(const Model& model) {
   if (!(model.transfer_function.delay_s > 0.0) || !model.verdict || !model.verdict->usable_band) return false;
   const double highest_Hz = model.verdict->usable_band->highest_Hz;
-  return 2.0 * std::numbers::pi * highest_Hz * kAboveBand * model.transfer_function.delay_s < 1.0;
+  const double delay_s = model.transfer_function.delay_s;
+  const double highest_rad_s = 2.0 * std::numbers::pi * highest_Hz;
+  if (highest_rad_s * kAboveBand * delay_s >= 1.0) return false;
+  // The outputs of both differ as where the dead time were another one by half its square times that frequency. Steps
+  // tell it, however slow most of their power is.
+  constexpr double kToldApart = 5.0;  // standard errors
+  const ParameterEstimate* estimate =
+      parameter(model, [](const ParameterEstimate& p) { return p.role == ParameterRole::delay && !p.fixed; });
+  return estimate == nullptr || !(estimate->std > 0.0) ||
+         kToldApart * estimate->std > 0.5 * highest_rad_s * delay_s * delay_s;
 }
 
 std::string engineering_form(const Model& model, std::string_view plus_minus) {

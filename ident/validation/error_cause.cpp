@@ -91,6 +91,7 @@ bool wanders(const Model& model, const Verdict& verdict) {
 
 ErrorCause error_cause(const Model& model, const Verdict& verdict) {
   if (model.provenance.contains(kWrongInput)) return ErrorCause::wrong_input;
+  if (model.provenance.contains(kAsSampled) && is_off(model, verdict)) return ErrorCause::moved_rows;
   if (model.provenance.contains(kFrozenOfRecord) && is_off(model, verdict)) return ErrorCause::frozen;
   const bool is_in_loop = model.provenance.contains(kLoopOfRecord);
   if (!model.validation) return is_in_loop ? ErrorCause::feedback : ErrorCause::unknown;

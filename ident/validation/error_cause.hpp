@@ -11,6 +11,7 @@ namespace eha::ident {
 /// first of this list.
 enum class ErrorCause {
   wrong_input,   ///< the input column is not what the plant got
+  moved_rows,    ///< rows that had been sampled evenly were moved to other even times, and a check shows it
   frozen,        ///< the sensor froze, and the model is off
   slow_rows,     ///< the rows are too slow for the plant
   end_stop,      ///< the output stands at an end

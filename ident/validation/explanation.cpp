@@ -41,9 +41,10 @@ std::optional<Explanation> explanation_of(const Model& model, const Verdict& ver
                                           Kind::far_error_over_noise});
   if (!misses) return std::nullopt;
   const ErrorCause cause = error_cause(model, verdict);
-  if (cause == ErrorCause::wrong_input || cause == ErrorCause::frozen || cause == ErrorCause::slow_rows ||
-      cause == ErrorCause::feedback)
+  if (cause == ErrorCause::wrong_input || cause == ErrorCause::moved_rows || cause == ErrorCause::frozen ||
+      cause == ErrorCause::slow_rows || cause == ErrorCause::feedback) {
     return std::nullopt;
+  }
   return explanation(model);
 }
 

@@ -58,6 +58,11 @@ NextStep next_step(const std::vector<const Model*>& models, std::string_view rec
     return {FirstStep::look_at_sensor};
   }
   if (any([](const Model* model) { return model->provenance.contains(kWrongInput); })) return {FirstStep::mend_input};
+  if (any([](const Model* model) {
+        return model->verdict && error_cause(*model, *model->verdict) == ErrorCause::moved_rows;
+      })) {
+    return {FirstStep::take_rows_as_even};
+  }
   for (const Model* model : counted) {
     if (const std::string cut = told(*model, kCutOfRecord); !cut.empty()) return {FirstStep::cut, cut};
   }

@@ -13,6 +13,7 @@ namespace eha::ident {
 enum class FirstStep {
   look_at_sensor,     ///< the record shows no motion: shows_no_motion()
   mend_input,         ///< the input column is not what the plant got
+  take_rows_as_even,  ///< rows that had been sampled evenly were moved to even times
   cut,                ///< a part of the record is none of the plant: a frozen sensor, an end stop, a jump, gaps
   against_lost_rows,  ///< ticks of a run were late or lost: its computer is in the way, which no longer record mends
   smaller_amplitude,  ///< the output is at an end now and then, which no cut leaves out

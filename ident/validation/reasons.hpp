@@ -35,6 +35,8 @@ class Reasons {
   [[nodiscard]] std::vector<std::string> frozen();
   /// Whether a sentence before says what keeps the model from following.
   [[nodiscard]] bool is_cause_named() const;
+  /// Whether a test of the residual failed.
+  [[nodiscard]] bool shows_in_residual() const;
   /// Whether a controller closes the loop: what is left over is its, whatever it looks like.
   [[nodiscard]] bool is_in_loop() const;
   /// "The output answers within one row ..."

@@ -26,7 +26,7 @@ namespace {
 using Kind = CriterionKind;
 
 constexpr std::string_view kMeasureTheValve =
-    "measure the valve (`eha characterise`): a sheet that shows no leak leaves friction or a curved gain";
+    "measure the valve (`eha characterise`): a sheet that shows no leak leaves friction, play or a curved gain";
 
 }  // namespace
 
@@ -43,9 +43,13 @@ std::vector<std::string> Reasons::frozen() {
 }
 
 bool Reasons::is_cause_named() const {
-  return cause_ == ErrorCause::wrong_input || cause_ == ErrorCause::frozen || cause_ == ErrorCause::slow_rows ||
-         is_in_loop() || cause_ == ErrorCause::end_stop || cause_ == ErrorCause::jump ||
-         cause_ == ErrorCause::input_noise || explanation_;
+  return cause_ == ErrorCause::wrong_input || cause_ == ErrorCause::moved_rows || cause_ == ErrorCause::frozen ||
+         cause_ == ErrorCause::slow_rows || is_in_loop() || cause_ == ErrorCause::end_stop ||
+         cause_ == ErrorCause::jump || cause_ == ErrorCause::input_noise || explanation_;
+}
+
+bool Reasons::shows_in_residual() const {
+  return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity, Kind::future_input, Kind::residual_whiteness});
 }
 
 bool Reasons::is_in_loop() const { return cause_ == ErrorCause::feedback && model_.provenance.contains(kLoopOfRecord); }
@@ -237,13 +241,15 @@ std::string Reasons::advice_on_amplitudes() const {
   if (is_of_bent_edges(model_, test)) return std::string(kMeasureTheValve);
   if (is_less_beside_larger_motions()) {
     const std::string_view effects = test.kind == NonlinearKind::level ? "dead band and friction" : "friction and play";
+    const std::string_view either = test.kind == NonlinearKind::level ? "a dead band or friction" : "friction or play";
     const bool may_be_rate = test.kind == NonlinearKind::direction || test.or_kind == NonlinearKind::direction;
     const auto full = model_.provenance.find(kAtCommandLimit);
     if (full != model_.provenance.end()) {
-      return fmt::format("reduce {} on the rig, as larger amplitudes have no room: {}", effects, full->second);
+      return fmt::format("where it is {}, reduce that on the rig, as larger amplitudes have no room: {}", either,
+                         full->second);
     }
     return asks_for_smaller_amplitudes()
-               ? fmt::format("reduce {} on the rig", effects)
+               ? fmt::format("where it is {}, reduce that on the rig", either)
                : fmt::format("record larger amplitudes, beside which {} are small{}", effects,
                              may_be_rate ? " and a limited rate is great" : " (a limited rate is greater)");
   }

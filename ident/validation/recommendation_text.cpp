@@ -182,8 +182,8 @@ std::string cause_in_record(const Models& all) {
   const auto has_reason = [](const Model& model) { return model.verdict && !model.verdict->reasons.empty(); };
   for (const Model* model : all) {
     const ErrorCause error = model->verdict ? error_cause(*model, *model->verdict) : ErrorCause::unknown;
-    const bool is_of_record = error == ErrorCause::wrong_input || error == ErrorCause::frozen ||
-                              error == ErrorCause::slow_rows ||
+    const bool is_of_record = error == ErrorCause::wrong_input || error == ErrorCause::moved_rows ||
+                              error == ErrorCause::frozen || error == ErrorCause::slow_rows ||
                               (error == ErrorCause::feedback && model->provenance.contains(kLoopOfRecord));
     const bool is_at_stop = model->validation && model->validation->end_stop;
     const bool jumps_far = model->verdict && fails_any(*model->verdict, {CriterionKind::far_jump});

@@ -257,7 +257,8 @@ class Search {
     if (first < kShortestWindow || static_cast<double>(count) < kLeftShare * static_cast<double>(y.size())) {
       return std::nullopt;
     }
-    const auto u = rows_.input.tail(count);
+    // The input of the way there is the one that moved it.
+    const auto u = rows_.input.tail(count - count / 4);
     if (u.maxCoeff() - u.minCoeff() < kInputGoesOn * input_range_) return std::nullopt;
     return Stay{first, y.size() - 1, side};
   }

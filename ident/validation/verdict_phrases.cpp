@@ -28,18 +28,19 @@ std::string_view effect_of_one(const NonlinearityTest& test) {
         return "level of the input: the gain falls as the input grows, as with the edges of a dead band, friction or a "
                "saturation";
       if (test.gain == GainTrend::grows)
-        return "level of the input: the gain grows with it, as beyond a valve's dead band or overlap";
+        return "level of the input: the gain grows with it, as beyond a valve's dead band or overlap, or where "
+               "the gain itself is curved";
       return "level of the input, as where the gain changes with it";
     case NonlinearKind::direction:
-      return "direction of the input, as with play, hysteresis or a limited rate";
+      return "direction of the input, for instance with play, hysteresis or a limited rate";
     case NonlinearKind::motion:
-      return "direction of motion, as with dry friction or play";
+      return "direction of motion, for instance with dry friction or play";
     case NonlinearKind::time:
       return "time, as where the gain drifts while the oil warms up or the supply sags";
     case NonlinearKind::position:
       break;
   }
-  return "position, as where the gain of plant or sensor, or friction, changes with it";
+  return "position, for instance where the gain of plant or sensor, or friction, changes with it";
 }
 
 }  // namespace
@@ -54,7 +55,8 @@ std::string effect_of(const NonlinearityTest& test) {
 std::string effect_of(const Model& model) {
   const NonlinearityTest& test = *model.validation->tests->nonlinearity;
   if (!is_of_bent_edges(model, test)) return effect_of(test);
-  return "level of the input, as where a leak, friction or a gain that grows with the opening, which move the rod "
+  return "level of the input, as where a leak, friction, play or a gain that grows with the opening, which move the "
+         "rod "
          "within the dead band of the model's map, bend its edges";
 }
 

@@ -79,6 +79,11 @@ inline constexpr const char* kOutputInInput = "output_in_input";
 /// The provenance of a model of a file whose input column is not what the plant got: what shows it, and what to do.
 inline constexpr const char* kWrongInput = "wrong_input";
 
+/// The provenance of a model of a file whose rows were moved to even times: how far, or, where they had been sampled at
+/// such, what shows it; and the option that reads them so ("--period 0.01"), absent where they had not.
+inline constexpr const char* kMovedRows = "moved_rows";
+inline constexpr const char* kAsSampled = "as_sampled";
+
 /// That a controller closes the loop, and what to do; empty where none is seen.
 [[nodiscard]] std::string loop_in_record_of(const Model& model);
 

@@ -30,6 +30,7 @@ std::vector<std::string> Reasons::all() {
   if (shows_no_motion(model_, verdict_)) return {no_motion()};
   // What is left over shows the input, and no plant.
   if (cause_ == ErrorCause::wrong_input) return {model_.provenance.at(kWrongInput) + "."};
+  if (cause_ == ErrorCause::moved_rows) return {model_.provenance.at(kMovedRows) + "."};
   if (cause_ == ErrorCause::frozen) return frozen();
   // What explains the other reasons comes first.
   about({Kind::unmeasured, Kind::interpolated, Kind::far_saturated, Kind::saturated, Kind::record_length,
@@ -82,6 +83,9 @@ std::vector<std::string> Reasons::all() {
   const bool is_off = fails_any(verdict_, kShownBesideGaps) || fails_any(verdict_, {Kind::interpolated}) ||
                       (model_.validation && model_.validation->jump);
   if (const std::string gaps = gaps_in_record(model_); is_off && !gaps.empty()) all.push_back(gaps);
+  if (const auto moved = model_.provenance.find(kMovedRows); moved != model_.provenance.end() && shows_in_residual()) {
+    all.push_back(moved->second + ".");
+  }
   if (cause_ == ErrorCause::slow_rows) all.push_back(slow_rows());
   if (is_in_loop()) all.push_back(loop_in_record_of(model_));
   const std::vector<std::string> causes = causes_in_record(model_);

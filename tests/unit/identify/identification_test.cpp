@@ -282,6 +282,25 @@ TEST(Identify, LetsMoreOfAStaircaseEstimateWhoseFirstHalfDoesNotTellADeadBand) {
   EXPECT_TRUE(identify(source, given, {}, {}).warnings.empty());
 }
 
+TEST(Identify, KeepsAStepToJudgeByWhereTheFirstHalfHasAnother) {
+  // Levels of 0, 2 and -1 V: 0.6 of the record has all of them, and its rest is at rest.
+  Source source;
+  source.name = "two_steps.csv";
+  source.record.step_s = 0.01;
+  source.record.input = Eigen::VectorXd::Zero(6000);
+  source.record.input.segment(500, 2500).setConstant(2.0);
+  source.record.input.tail(3000).setConstant(-1.0);
+  source.record.output = ident::simulate({{{3.0, 0.0}}, {{1.0, 1.0}, {2.0, 0.0}}, 0.2}, source.record.input, 0.01);
+  ident::PortableDraw draw(3);
+  for (double& y : source.record.output) y += 0.01 * draw.normal();
+  const Identification found = identify(source, task_of(source), {}, {});
+  EXPECT_EQ(found.recommendation.model, "io1") << found.recommendation.reason;
+  const IdentifiedModel* first = recommended_model(found);
+  ASSERT_NE(first, nullptr);
+  EXPECT_NEAR(first->result.model.transfer_function.delay_s, 0.2, 0.005);
+  EXPECT_GT(first->result.model.validation->score.r2_percent, 99.0);
+}
+
 TEST(Identify, SaysThatTheSensorFrozeBeforeWhatThatDoesToTheError) {
   Source source;
   source.name = "frozen.csv";

@@ -107,6 +107,45 @@ TEST(InputTrial, FindsARangeOfTheLoggerThatEndsBeforeTheCommand) {
   EXPECT_EQ(found.models.front().result.model.verdict->grade, ident::Grade::rejected);
 }
 
+/// Values between the rows, up to 0.4 of one early or late, as a resampling of time stamps that scatter makes them.
+VectorXd moved(const VectorXd& values) {
+  VectorXd found = values;
+  ident::PortableDraw draw(11);
+  for (Index k = 1; k + 1 < values.size(); ++k) {
+    const double by = std::clamp(0.2 * draw.normal(), -0.4, 0.4);
+    found[k] += std::abs(by) * (values[by > 0.0 ? k + 1 : k - 1] - values[k]);
+  }
+  return found;
+}
+
+TEST(InputTrial, TakesRowsThatWereMovedAsSampledEvenlyWhereTheyErrLessSo) {
+  const VectorXd input = tones(4.0);
+  const VectorXd output = rod(input);
+  Source source = record_of(moved(input), moved(output));
+  source.as_even = record_of(input, output).record;
+  const Identification found = fitted(source);
+  EXPECT_TRUE(
+      first_reason(found).starts_with("The rows were moved to even times although they had been sampled at "
+                                      "such"))
+      << first_reason(found);
+  EXPECT_EQ(found.models.front().result.model.verdict->reasons.size(), 1U) << "nothing is said of the plant";
+  EXPECT_EQ(found.mended_input, "--period 0.02");
+  EXPECT_EQ(next_step_of(found).first, ident::FirstStep::take_rows_as_even);
+  EXPECT_FALSE(found.recommendation.model.empty()) << "its figures hold nearly";
+}
+
+TEST(InputTrial, LeavesRowsWhoseTimesAreThoseOfTheSamples) {
+  const VectorXd input = tones(4.0);
+  const VectorXd output = rod(input);
+  Source source = record_of(moved(input), moved(output));
+  source.as_even = record_of(moved(moved(input)), moved(moved(output))).record;
+  const Identification found = fitted(source);
+  EXPECT_NE(next_step_of(found).first, ident::FirstStep::take_rows_as_even);
+  EXPECT_EQ(found.mended_input, "");
+  EXPECT_TRUE(first_reason(found).starts_with("The rows were moved to even times, the input as if"))
+      << first_reason(found);
+}
+
 TEST(InputTrial, FindsAColumnThatComesLate) {
   const VectorXd command = tones(4.0);
   const VectorXd output = rod(command);

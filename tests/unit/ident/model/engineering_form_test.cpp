@@ -24,6 +24,13 @@ TEST(EngineeringForm, GivesGainFrequencyAndDampingOfACylinder) {
   EXPECT_NE(engineering_form(model).find("dead time 6.3 ms (or a lag of as much: the band, to 0.65 Hz, does not tell"),
             std::string::npos)
       << engineering_form(model);
+  // Steps tell 200 ms to 0.5 ms, and a lag of as much is off by as much as 18 ms of it.
+  Model steps = model_of({{{3.0, 0.0}}, {{1.0, 1.0}, {2.0, 0.0}}, 0.2});
+  steps.parameters = {{.name = "delay_s", .value = 0.2, .std = 0.0005, .role = ParameterRole::delay}};
+  steps.verdict.emplace().usable_band = FrequencyInterval{0.03, 0.145};
+  EXPECT_FALSE(may_be_lag(steps));
+  steps.parameters[0].std = 0.02;
+  EXPECT_TRUE(may_be_lag(steps));
   model.verdict->usable_band = FrequencyInterval{0.05, 12.0};
   EXPECT_TRUE(engineering_form(model).ends_with("dead time 6.3 ms"));
   model.output_unit = "mm";

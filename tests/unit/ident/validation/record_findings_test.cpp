@@ -174,6 +174,22 @@ TEST(EndStopTest, IsNotSeenWhereALagHasSettled) {
   }
 }
 
+TEST(EndStopTest, IsNotSeenWhereTheInputEnds) {
+  // 0, 2 and 0 V: the rod stands for the last 40 % because nothing moves it.
+  Record record;
+  record.step_s = kFindingStep_s;
+  record.input.resize(kFindingRows);
+  record.output.resize(kFindingRows);
+  std::mt19937_64 draw(4);
+  double y = 3.0;
+  for (Eigen::Index k = 0; k < kFindingRows; ++k) {
+    record.input[k] = k > kFindingRows / 10 && k < kFindingRows * 6 / 10 ? 2.0 : 0.0;
+    record.output[k] = y + kFindingNoise * normal(draw);
+    y += kFindingStep_s * 0.15 * record.input[k];
+  }
+  EXPECT_FALSE(report_on(record, structures::integrator_lag()).end_stop);
+}
+
 TEST(EndStopTest, IsNotSeenWhereTheRodRestsInTheDeadBand) {
   // Steps out, back into the dead band, in, and again: it rests at its greatest value with 0.1 V on the valve.
   Record record;

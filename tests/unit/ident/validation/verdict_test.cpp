@@ -369,8 +369,10 @@ TEST(Verdict, NamesTheEffectThatTheModelsOwnRecordShowsBesideThatOfAnotherOne) {
   test.kind = NonlinearKind::motion;
   model.provenance[kEffectOnOwnRecord] = std::string(effect_of(test));
   const std::string reason = judge(model, {}).reasons.front();
-  EXPECT_NE(reason.find("or, as its own record has it, on the direction of motion, as with dry friction or play (p ="),
-            std::string::npos)
+  EXPECT_NE(
+      reason.find(
+          "or, as its own record has it, on the direction of motion, for instance with dry friction or play (p ="),
+      std::string::npos)
       << reason;
 }
 
@@ -381,8 +383,9 @@ TEST(Verdict, NamesBothEffectsThatTheRecordDoesNotTellApart) {
   model.validation->tests->nonlinearity = test;
   const std::string reason = judge(model, {}).reasons.front();
   EXPECT_NE(
-      reason.find("depends on the direction of motion, as with dry friction or play, or on the direction of the "
-                  "input, as with play, hysteresis or a limited rate, which this record does not tell apart (p ="),
+      reason.find(
+          "depends on the direction of motion, for instance with dry friction or play, or on the direction of the "
+          "input, for instance with play, hysteresis or a limited rate, which this record does not tell apart (p ="),
       std::string::npos)
       << reason;
 }
