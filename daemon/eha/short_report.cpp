@@ -275,6 +275,23 @@ const Model* closest(const std::vector<Model>& models, const Model& chosen) {
   return best;
 }
 
+/// The model behind a valve's map whose parameters the record does not determine, and which errs far less than a chosen
+/// one without a map: the least of them.
+const Model* undetermined_valve(const std::vector<Model>& models, const Model& chosen) {
+  constexpr double kFarLess = 0.5;
+  if (chosen.input_map) return nullptr;
+  const Model* best = nullptr;
+  double least = kFarLess * kFarLess * ident::shown_mse(chosen);
+  for (const Model& model : models) {
+    const bool is_meant = model.input_map && model.verdict && !model.verdict->accepted &&
+                          ident::verdict_word(*model.verdict) == ident::kNotDetermined;
+    if (!is_meant || !(ident::shown_mse(model) < least)) continue;
+    least = ident::shown_mse(model);
+    best = &model;
+  }
+  return best;
+}
+
 /// "the simplest of the 5 models, of 14, that err at most 1.5 times as much; the runner-up, lag, errs 1.3 times as much
 /// on unseen data".
 /// @param models  of which `chosen` is one
@@ -314,6 +331,12 @@ std::string chosen_as(const Model& chosen, const std::vector<Model>& models,
     text += other == next ? ": take that to simulate"
                           : fmt::format("; {}{} {}: take that to simulate", other->name, outdone_note(*other, chosen),
                                         errs_beside(*other, chosen));
+  }
+  if (const Model* behind_valve = undetermined_valve(models, chosen)) {
+    text += fmt::format(
+        "; {} {}, so a valve's dead band or unequal gains are likely, which this input has too few "
+        "levels to measure: record one of more levels, as a slow triangle",
+        behind_valve->name, errs_beside(*behind_valve, chosen));
   }
   // One that errs clearly more on unseen data is told apart by that.
   const bool is_alike = next == nullptr || ident::shown_mse(*next) <= most;

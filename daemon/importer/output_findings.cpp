@@ -18,6 +18,7 @@
 #include "ident/record.hpp"
 #include "ident/signal/kept_values.hpp"
 #include "ident/signal/most_moving_part.hpp"
+#include "ident/signal/rest_at_ends.hpp"
 #include "ident/signal/value_step.hpp"
 
 namespace eha::importer {
@@ -90,11 +91,16 @@ Cut cut_to(const Stretch& part, std::size_t count, double start_s, double step_s
 
 /// "32 % of the rows have the output 85, its greatest value, and 12 % 55, its least: ..."; empty without such rows.
 /// @param clipped  stretches of these rows, with those beside them at the same place
-std::string clipped_text(const std::vector<double>& output, std::vector<Stretch>& clipped) {
+std::string clipped_text(const std::vector<double>& input, const std::vector<double>& output,
+                         std::vector<Stretch>& clipped) {
   const auto extremes = std::minmax_element(output.begin(), output.end());
   const auto least = extremes.first;
   const auto greatest = extremes.second;
   if (!(*least < *greatest)) return {};
+  const auto as_vector = [](const std::vector<double>& x) {
+    return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
+  };
+  if (ident::rests_at_both_ends(as_vector(input), as_vector(output))) return {};
   std::string text;
   const double step = ident::value_step(output);
   const auto rows_at = [&](double extreme) {
@@ -454,7 +460,7 @@ OutputFindings findings_on_output(const std::vector<double>& input, const std::v
     spoilt.insert(spoilt.end(), stretches.begin(), stretches.end());
   };
   std::vector<Stretch> clipped;
-  const std::string at_ends = clipped_text(output, clipped);
+  const std::string at_ends = clipped_text(input, output, clipped);
   add(at_ends, clipped);
   const auto time = [&](std::size_t row) { return start_s + static_cast<double>(row) * step_s; };
   if (const std::vector<Stretch> stops = clipped.empty() ? end_stops(input, output) : std::vector<Stretch>();

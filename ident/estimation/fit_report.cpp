@@ -12,6 +12,7 @@
 #include "ident/signal/autoregression.hpp"
 #include "ident/signal/held_levels.hpp"
 #include "ident/signal/kept_values.hpp"
+#include "ident/signal/rest_at_ends.hpp"
 #include "ident/statistics/robust.hpp"
 #include "ident/uncertainty/covariance.hpp"
 #include "ident/uncertainty/information.hpp"
@@ -76,12 +77,12 @@ Eigen::VectorXd unfiltered(const Eigen::VectorXd& signal, const Comparison& comp
 /// Share of the samples at which the output stays at its greatest or least value for at least kShortestStay samples,
 /// while the simulation turns back only beyond that value [%]; 0 unless its bulge, over what it is at the ends of a
 /// stay, exceeds kBulgeOverNoise times the white part of the residual on average, and at an end where the output is not
-/// as stands_at_end() wants: crests of a coarse sensor. A fit that bends towards the flat pieces still bulges; a plant
-/// at rest, or a slow peak of few converter codes, does not.
+/// as stands_at_end() wants: crests of a coarse sensor; and where it rests at both ends (rests_at_both_ends()). A fit
+/// that bends towards the flat pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
 /// @param output  of the record at the compared rows, without the filter, behind which no two values are equal
-double saturated_percent(const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
+double saturated_percent(const Eigen::VectorXd& input, const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
                          const Eigen::VectorXd& simulated) {
-  if (output.size() <= 2 * kHighestAutoregression) return 0.0;
+  if (output.size() <= 2 * kHighestAutoregression || rests_at_both_ends(input, output)) return 0.0;
   double bulge = 0.0;
   Eigen::Index count = 0;
   for (const double extreme : {output.maxCoeff(), output.minCoeff()}) {
@@ -265,7 +266,7 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   report.end_stop = end_stop(compared);
   report.jump = report.end_stop ? std::nullopt : error_jump(compared);
   if (report.jump && estimated > 0) report.jump->estimating = report.jump->time_s <= result.time_s[estimated - 1];
-  report.saturated_percent = std::max(saturated_percent(all_rows.of(unfiltered(record.output, comparison)),
+  report.saturated_percent = std::max(saturated_percent(inputs, all_rows.of(unfiltered(record.output, comparison)),
                                                         all_measured - all_simulated, all_simulated),
                                       report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;

@@ -69,7 +69,11 @@ bool Reasons::is_explained(Kind kind) const {
   if (is_of_residual && is_named) return true;
   if (is_cut_advised() && (kind == Kind::residual_whiteness || kind == Kind::predicted_error)) return true;
   // What the plant makes of its input is no noise either.
-  if (kind == Kind::residual_whiteness) return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity});
+  if (kind == Kind::residual_whiteness) {
+    // Nor is what rounding leaves of a slow motion.
+    return fails_any(verdict_, {Kind::residual_input, Kind::nonlinearity}) ||
+           (model_.validation && model_.validation->sensor_step);
+  }
   return kind == Kind::residual_input && fails_any(verdict_, {kind}) && is_rather_nonlinear(model_, verdict_);
 }
 

@@ -39,7 +39,9 @@ const std::optional<Eigen::VectorXd>& SignalFacts::held_levels() const {
 
 double SignalFacts::output_step() const {
   return computed_once(computing_, output_step_, [&] {
-    return value_step({record_.output.data(), static_cast<std::size_t>(record_.output.size())});
+    // A converter of 12 bits in half of its range; what a step does beside the noise is asked where it is used.
+    constexpr std::size_t kMostCodes = 2048;
+    return value_step({record_.output.data(), static_cast<std::size_t>(record_.output.size())}, kMostCodes);
   });
 }
 

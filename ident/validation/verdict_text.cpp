@@ -20,7 +20,8 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kReachOfNoise = 3.0;  ///< standard deviations that some sample of every record exceeds
+constexpr double kReachOfNoise = 3.0;     ///< standard deviations that some sample of every record exceeds
+constexpr double kHardlyByChance = 1e-4;  ///< of a residual test; below it hardly a sound record among many
 
 using Kind = CriterionKind;
 
@@ -189,9 +190,10 @@ std::string Reasons::failed(const Criterion& c) const {
           c.value, remedy(), where_it_matters());
     case Kind::residual_whiteness:
       return fmt::format(
-          "Something that is not the input moves the output, such as a load, hum or vibration: what the model "
+          "Something that is not the input {} the output, such as a load, hum or vibration: what the model "
           "leaves over is no plain noise (p = {:.2g} for lags 1 to 20); ignore it {}, else record longer.",
-          c.value, where_it_matters());
+          // One sound record in a hundred is told so.
+          c.value > kHardlyByChance ? "may move" : "moves", c.value, where_it_matters());
     case Kind::nonlinearity:
       if (!model_.validation || !model_.validation->tests || !model_.validation->tests->nonlinearity) return {};
       if (drifts_in_gain()) {

@@ -365,6 +365,24 @@ TEST(OutputRemarks, NameASensorThatFrozeAndItsTime) {
   EXPECT_TRUE(findings_on_output(r.input, r.output, {}, 0.0, kRodStep_s).remarks.empty());
 }
 
+TEST(OutputRemarks, NameNoEndWhereTheRodRestsAtBothPlacesUnderOneInput) {
+  // Jogged out and back, read in steps of 0.05 mm: it rests at its greatest and at its least value, at 0 V.
+  std::vector<double> input;
+  std::vector<double> output;
+  double y = 50.0;
+  for (int k = 0; k < 2000; ++k) {
+    const double u = k >= 200 && k < 600 ? 2.0 : k >= 1000 && k < 1400 ? -2.0 : 0.0;
+    input.push_back(u);
+    output.push_back(0.05 * std::round(y / 0.05));
+    y += 0.02 * u;
+  }
+  const auto remarks = findings_on_output(input, output, {}, 0.0, 0.01).remarks;
+  EXPECT_TRUE(remarks.empty()) << remarks.front();
+  // Pressed on at its end it is on its end stop.
+  for (int k = 600; k < 1000; ++k) input[static_cast<std::size_t>(k)] = 2.0;
+  EXPECT_FALSE(findings_on_output(input, output, {}, 0.0, 0.01).remarks.empty());
+}
+
 TEST(OutputRemarks, NameNoFrozenSensorOfARodThatRestsBetweenTwoSwitches) {
   std::vector<double> input;
   std::vector<double> output;
