@@ -59,7 +59,7 @@ std::string valve_table(const Json& sheet, const DisplayUnit& unit) {
   const std::string speed_unit = unit.of("in/s");
   add_measured(
       rows, sheet, "creep_in_per_s",
-      leak_in(sheet) ? "speed within the dead band: a leak" : "speed within the dead band, too slow for a leak",
+      leak_in(sheet) ? "speed within the dead band: a leak to repair" : "speed within the dead band: no leak to repair",
       speed_unit.c_str(), unit.factor("in/s"));
   return report::table({{"valve"}, {"value", report::Column::number}, {"+- (95 %)", report::Column::number}, {"unit"}},
                        rows) +

@@ -230,10 +230,11 @@ class RunsAnswer {
           "on {} the rod moves within the dead band, {}: null and dead band of that fit may be up to {:.2g} {} off the "
           "valve's, so that {} and the valve may be the same; {}",
           titles_[run.bent_map->is_first ? 0 : i],
-          is_tight ? "and by the valve sheet too slowly for a leak" : "as where oil leaks past the piston",
+          is_tight ? "and by the valve sheet too slowly for a leak that explains it"
+                   : "as where oil leaks past the piston",
           run.bent_map->shift, model.input_unit,
           is_bent_by_leak ? "a leak alone explains their change"
-          : is_tight      ? "dry friction alone explains their change"
+          : is_tight      ? "dry friction or another load alone explains their change"
                           : "friction or a leak alone may explain their change, where they are other ones now,",
           is_bent_by_leak
               ? "`eha characterise` of the rig shows the drift inside the dead band, and the valve's own null"

@@ -16,6 +16,19 @@
 #include "ident/model/model_file.hpp"
 
 namespace eha::cli {
+namespace {
+
+/// The run folder whose models' folder has this file, RUN/models/NAME.json or RUN/models/rejected/NAME.json; empty
+/// without one.
+std::filesystem::path run_of_models_file(const std::string& file) {
+  std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  if (folder.filename() == record::kRejectedFolder) folder = folder.parent_path();
+  if (folder.filename() != record::kModelsFolder) return {};
+  const std::filesystem::path run = folder.has_parent_path() ? folder.parent_path() : ".";
+  return record::is_run_folder(run) ? run : std::filesystem::path();
+}
+
+}  // namespace
 
 ident::Model read_model(const std::string& file) {
   if (record::is_run_folder(file)) {
@@ -30,7 +43,14 @@ ident::Model read_model(const std::string& file) {
         fmt::format("{}: the manifest of a run, where a model file was expected; the run's models are in {}", file,
                     (path.parent_path() / record::kModelsFolder).string()));
   }
-  return ident::model_from_text(os::read_file(file), file);
+  ident::Model model = ident::model_from_text(os::read_file(file), file);
+  // A folder that was renamed, or a link that leads to a later run now, names another record.
+  const auto record = model.provenance.find("record");
+  if (const std::filesystem::path run = run_of_models_file(file); record != model.provenance.end() && !run.empty()) {
+    std::error_code ignored;
+    if (!std::filesystem::equivalent(record->second, run, ignored)) record->second = run.string();
+  }
+  return model;
 }
 
 std::string rig_units_of_model(const std::string& file) {

@@ -77,8 +77,9 @@ ExitCode design_odd_random(const DesignCommand& command, Console& console) {
   const double amplitude_V = std::floor(binding.amplitude_V * 1e4) / 1e4;
   const std::vector<double> lines_Hz = ident::excited_lines(unit, step_s, samples);
   const std::string remark = fmt::format(
-      "{} odd lines, {:.6g} to {:.6g} Hz, {} realisations of {} periods, peak {:.3g} V, +-{:.3g} {}; the {} limit "
-      "binds",
+      "{} odd lines, {:.6g} to {:.6g} Hz (one in four is drawn to stay silent, which shows distortion), {} "
+      "realisations "
+      "of {} periods, peak {:.3g} V, +-{:.3g} {}; the {} limit binds",
       lines_Hz.size(), lines_Hz.front(), lines_Hz.back(), realisations, kPeriodsOfEach, amplitude_V,
       unit_of_rig.factor("in") * amplitude_V * peaks.travel_in_per_V, unit_of_rig.of("in"), binding.name);
   const std::filesystem::path file = command.output.value_or("band.toml");

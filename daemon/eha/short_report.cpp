@@ -240,8 +240,8 @@ std::ptrdiff_t estimated_count(const Model& model) {
 std::string errs_beside(const Model& other, const Model& chosen) {
   const double factor = std::sqrt(ident::shown_mse(other) / ident::shown_mse(chosen));
   if (std::abs(factor - 1.0) <= kAlike) return "errs as little";
-  return fmt::format("errs {} times as much{}", ident::figure_text(factor),
-                     has_unseen(chosen) ? " on unseen data" : "");
+  return fmt::format("errs {} times as much (rms{})", ident::figure_text(factor),
+                     has_unseen(chosen) ? ", on unseen data" : "");
 }
 
 /// Why a model that errs less on unseen data than the recommended one is outdone by it; empty for any other model.
@@ -516,11 +516,11 @@ std::string short_report(const Answer& given, const DisplayUnit& unit, Reasons r
          text_table({{"model", Align::left},
                      {"fit %", Align::right},
                      {"R2 %", Align::right},
-                     {fmt::format("error {}", output_unit), Align::right},
+                     {fmt::format("largest {}", output_unit), Align::right},
                      {"band Hz", Align::right},
                      {"verdict", Align::left}},
                     rows) +
-         fmt::format("fit, R2, error: on {}. {}Terms: eha(1)\n",
+         fmt::format("fit, R2, largest error: on {}. {}Terms: eha(1)\n",
                      on_unseen ? "unseen data" : "the samples that estimated the model",
                      reasons == Reasons::all ? "" : "-v: every figure. ") +
          words;

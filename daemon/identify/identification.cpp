@@ -248,7 +248,8 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   const ident::FirstStep first = next_step_of(identification).first;
   if (first != ident::FirstStep::none && first != ident::FirstStep::longer_record) return identification;
 
-  std::string reason = identification.recommendation.reason;
+  // Which one comes nearest may be another one after them.
+  std::string reason = ident::statement_of(identification.recommendation.reason);
   IdentificationTask other = task;
   ++other.options.seed;
   other.ladder.search = ident::Search::global;
@@ -258,7 +259,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
   keep_closer(identification, fit_once(other, anew), task);
   end_round(fmt::format("other starts (seed {})", other.options.seed), reason);
   if (!identification.rounds.back().accepted && !is_ladder && comparisons.ladder == Comparisons::Ladder::include) {
-    reason = identification.recommendation.reason;
+    reason = ident::statement_of(identification.recommendation.reason);
     task.structures.clear();
     const Progress ladder =
         progress_for("no asked model passes its checks: the ladder of structures is fitted", "the ladder", progress);

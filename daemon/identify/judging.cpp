@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "core/time_text.hpp"
@@ -162,6 +164,18 @@ void note_sudden_change(const ident::FitResult& result, ident::Model& model) {
 
 }  // namespace
 
+namespace {
+
+/// A record's name as the model keeps it: what the link `latest` led to.
+std::string without_link(const std::string& name) {
+  const std::filesystem::path path(name);
+  std::error_code none;
+  const std::filesystem::path target = std::filesystem::read_symlink(path, none);
+  return target.empty() ? name : (target.is_absolute() ? target : path.parent_path() / target).string();
+}
+
+}  // namespace
+
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result) {
   ident::Model& model = result.model;
@@ -176,7 +190,7 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
   if (excited) {
     model.verdict->usable_band = ident::usable_band(model, result.covariance, *excited, task.acceptance);
   }
-  model.provenance["record"] = task.source_name;
+  model.provenance["record"] = without_link(task.source_name);
   if (!task.record_sha256.empty()) model.provenance["record_sha256"] = task.record_sha256;
   model.provenance["record_rows"] = rows_text(task);
   // With both the same rows and columns can be read again.

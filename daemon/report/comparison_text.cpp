@@ -107,7 +107,7 @@ std::string cause_sentence(const ComparedSubject& subject) {
   }
   return text +
          (subject.is_tight
-              ? "By the valve sheets the rods creep too slowly for a leak, so that dry friction or the load is another "
+              ? "By the valve sheets the rods hardly leak, so that dry friction or the load is another "
                 "one: friction takes a part of the gain and bends the edges of the dead band. Move the rod by hand, "
                 "and look at seals, guides and load."
               : "Friction, a leak or the load may have changed: `eha characterise` shows a leak as a drift inside the "

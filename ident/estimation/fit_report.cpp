@@ -273,7 +273,9 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);
   }
-  report.sensor_step = sensor_step(facts.output_step(), all_measured - all_simulated);
+  report.sensor_step =
+      sensor_step(facts.output_step(), record.output, comparison.taps.empty() ? 1 : static_cast<int>(comparison.every),
+                  all_measured - all_simulated);
   // Where only the input that follows goes with what is left over, a controller made its noise, which the plant got.
   const auto& future = report.tests->future_input;
   const bool is_fed_back =

@@ -78,10 +78,15 @@ double error_at_rest(const Eigen::VectorXd& output, double step) {
 
 }  // namespace
 
-std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& residual) {
-  const double power = residual.size() > 0 ? residual.squaredNorm() / static_cast<double>(residual.size()) : 0.0;
-  if (!(step > 0.0) || !(step * step / kVariances >= kShownByRounding * power)) return std::nullopt;
-  return SensorStep{step};
+std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& output, int every,
+                                      const Eigen::VectorXd& residual) {
+  if (!(step > 0.0) || residual.size() == 0) return std::nullopt;
+  const double power = residual.squaredNorm() / static_cast<double>(residual.size());
+  // What noise makes of the rounding is noise from row to row, which the mean over rows averages.
+  const double at_rest = error_at_rest(output, step);
+  const double rounded = step * step / kVariances;
+  const double kept = at_rest * at_rest + (rounded - at_rest * at_rest) / std::max(1, every);
+  return kept >= kShownByRounding * power ? std::optional(SensorStep{step}) : std::nullopt;
 }
 
 Eigen::MatrixXd rounded_stays(const Record& record, double step, const Comparison& comparison, Eigen::Index first) {

@@ -12,10 +12,13 @@ namespace eha::ident {
 
 /// The step of a record's coarse output where rounding to it makes much of what a model leaves over.
 /// @param step      of the output, as SignalFacts::output_step()
+/// @param output    of the record
+/// @param every     rows over which each compared one is a mean
 /// @param residual  at the compared rows
 /// @returns none where rounding makes less than kShownByRounding of the residual's power
 /// Cost O(N).
-[[nodiscard]] std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& residual);
+[[nodiscard]] std::optional<SensorStep> sensor_step(double step, const Eigen::VectorXd& output, int every,
+                                                    const Eigen::VectorXd& residual);
 
 /// From this share of the residual's power on rounding limits the answer.
 inline constexpr double kShownByRounding = 0.3;

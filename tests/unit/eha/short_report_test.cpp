@@ -82,7 +82,7 @@ TEST(ShortReport, ShowsLengthsInTheAskedUnit) {
   const std::string text = short_report(answer, DisplayUnit("mm"));
   EXPECT_NE(text.find("y = 50.8 mm + G"), std::string::npos) << text;
   EXPECT_NE(text.find("largest error   2.54 mm"), std::string::npos) << text;
-  EXPECT_NE(text.find("error mm"), std::string::npos) << text;
+  EXPECT_NE(text.find("largest mm"), std::string::npos) << text;
   answer.models[0].output_unit = "bar";
   EXPECT_NE(short_report(answer, DisplayUnit("mm")).find("largest error   0.1 bar"), std::string::npos);
 }
@@ -139,7 +139,8 @@ TEST(ShortReport, SaysInWordsOfTheBenchWhyAModelWasChosen) {
   const std::string chosen = chosen_in(text);
   EXPECT_NE(chosen.find(
                 "the simplest of the 2 models, of 3, that err at most 1.5 times as much; the runner-up, next, errs 1.3 "
-                "times as much on unseen data; this record hardly tells fo from next, that is, a lag from a dead time"),
+                "times as much (rms, on unseen data); this record hardly tells fo from next, that is, a lag from a "
+                "dead time"),
             std::string::npos)
       << chosen;
   answer.models[1].validation->score.mse = 0.0676;
@@ -165,12 +166,13 @@ TEST(ShortReport, SaysThatTheRunnerUpErrsLessWhereItDoes) {
     answer.models.back().validation->score.mse = 0.01 * factor * factor;
     return chosen_in(short_report(answer, {}));
   };
-  EXPECT_NE(says(0.55).find("next, errs 0.55 times as much on unseen data"), std::string::npos) << says(0.55);
-  EXPECT_NE(says(0.55).find("unseen data: take that to simulate"), std::string::npos) << says(0.55);
+  EXPECT_NE(says(0.55).find("next, errs 0.55 times as much (rms, on unseen data)"), std::string::npos) << says(0.55);
+  EXPECT_NE(says(0.55).find("unseen data): take that to simulate"), std::string::npos) << says(0.55);
   EXPECT_EQ(says(0.8).find("take that to simulate"), std::string::npos) << says(0.8);
-  EXPECT_NE(says(1.2).find("next, errs 1.2 times as much on unseen data"), std::string::npos) << says(1.2);
+  EXPECT_NE(says(1.2).find("next, errs 1.2 times as much (rms, on unseen data)"), std::string::npos) << says(1.2);
   answer.recommendation.runner_up = "";
-  EXPECT_NE(says(0.55).find("; next errs 0.55 times as much on unseen data: take that to simulate"), std::string::npos);
+  EXPECT_NE(says(0.55).find("; next errs 0.55 times as much (rms, on unseen data): take that to simulate"),
+            std::string::npos);
   answer.recommendation.runner_up = "next";
   for (const double alike : {0.91, 1.09}) EXPECT_NE(says(alike).find("next, errs as little"), std::string::npos);
 }
@@ -332,7 +334,7 @@ TEST(ShortReport, ShowsTheEstimationsFiguresWhereNothingWasLeftUnseen) {
   EXPECT_NE(text.find("\non its own data fit 97.2 %, R2 99.92 %; nothing was left unseen (--split 1)"),
             std::string::npos)
       << text;
-  EXPECT_NE(text.find("fit, R2, error: on the samples that estimated the model."), std::string::npos) << text;
+  EXPECT_NE(text.find("fit, R2, largest error: on the samples that estimated the model."), std::string::npos) << text;
 }
 
 TEST(Wrapped, BreaksBetweenWordsAndIndents) {
@@ -380,6 +382,15 @@ TEST(ShortReport, BreaksALineThatACompletedCommandMadeTooLong) {
             " a record of a slow triangle of volts about 0, wider than the dead band, a\n"
             " record of a slow triangle of volts about 0, wider than the dead band,")
       << "by one column";
+  EXPECT_EQ(wrapped_where_longer("because         measure it (`c`) once: a sheet that shows no leak at all leaves dry\n"
+                                 "                friction.\n                The next one.",
+                                 "because         measure it (" + triangle +
+                                     ") once: a sheet that shows no leak at all leaves dry\n"
+                                     "                friction.\n                The next one."),
+            "because         measure it (a record of a slow triangle of volts about 0, wider\n"
+            "                than the dead band,) once: a sheet that shows no leak at all\n"
+            "                leaves dry friction.\n                The next one.")
+      << "the sentence moves up, the next one stays below";
   const std::string table = std::string(60, '-') + "  " + std::string(60, '-') + "\n";
   EXPECT_EQ(wrapped_where_longer(table, table), table) << "a line that nothing was put into stays as it is";
 }

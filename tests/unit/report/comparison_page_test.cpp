@@ -92,7 +92,7 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
   noisy.change->parameters[0].after = 0.008;
   EXPECT_NE(
       page(noisy).find("To do: Nearest to a change is null, by 0.008 V, 80 % of what would show. By the valve "
-                       "sheets the rods creep too slowly for a leak, so that dry friction or the load is another one"),
+                       "sheets the rods hardly leak, so that dry friction or the load is another one"),
       std::string::npos)
       << page(noisy);
   EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
