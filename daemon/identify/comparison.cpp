@@ -350,6 +350,24 @@ std::optional<ComparedRun::BentMap> bent_map(const ident::Model& first_model, co
                               !is_first && *greater >= kAppeared * std::max(before.value_or(0.0), least)};
 }
 
+/// Beside another change, as of the load, a null or dead band that moved by no more than a poor map shifts it is within
+/// its interval: the map's imperfection is a part of that. Where both are, nothing is left to be said of that map.
+void widen_by_shift(ComparedRun& run) {
+  ident::PlantChange& change = *run.change;
+  if (!run.bent_map || ident::is_of_dead_zone_alone(change)) return;
+  bool is_any_left = false;
+  for (ident::ParameterChange& p : change.parameters) {
+    if (!ident::is_of_dead_zone(p.role)) continue;
+    const bool was_changed = p.changed;
+    p.half_width = std::max(p.half_width, run.bent_map->shift);
+    p.changed = p.changed && std::abs(p.after - p.before) > p.half_width;
+    is_any_left = is_any_left || p.changed;
+    if (!was_changed || p.changed) continue;
+    for (ident::ParameterChange& other : change.parameters) std::erase(other.follows, p.name);
+  }
+  if (!is_any_left) run.bent_map.reset();
+}
+
 /// Why records of different inputs tell nothing where far more is left over of one; empty where no more is.
 std::string far_other_left_over(const ComparedRun& run, const Source& first, const Source& source) {
   const LeftOver& left = run.left_over;
@@ -434,6 +452,7 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
     take_back_for_a_jump(own.front(), own[i], run);
     if (structure.structure.input_map.valve) {
       run.bent_map = bent_map(before.fit.model, own.front(), run, own[i]);
+      widen_by_shift(run);
       const std::string level_differs = run.change->changed ? other_level(first, sources[i]) : "";
       if (!level_differs.empty() && is_beyond_other_level(run)) {
         comparison.notes.push_back(fmt::format("{} and {}: {}", first.name, sources[i].name, level_differs));
