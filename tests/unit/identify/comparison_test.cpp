@@ -146,6 +146,19 @@ TEST(Comparison, TellsALeakFromAnotherPlaceAlone) {
   EXPECT_EQ(std::count_if(leak.notes.begin(), leak.notes.end(), says_places), 1);
 }
 
+TEST(Comparison, NamesTheRatioThatALoadChangedAndNoNullWithinWhatALeakShifts) {
+  hal::SimOptions loaded = seeded(1);
+  loaded.moving_mass_kg = 200.0;
+  const RunComparison comparison = compare_runs({source_of(seeded(1)), source_of(loaded)});
+  const ComparedRun& run = comparison.runs[1];
+  ASSERT_TRUE(run.change && run.change->changed);
+  for (const ident::ParameterChange& p : run.change->parameters) {
+    EXPECT_TRUE(p.changed || p.name != "negative_gain_ratio");
+    EXPECT_FALSE(p.changed && ident::is_of_dead_zone(p.role)) << p.name << " " << p.before << " " << p.after;
+  }
+  EXPECT_FALSE(run.bent_map) << "nothing of it is left to explain";
+}
+
 TEST(Comparison, SaysWhetherTheFirstModelHoldsOnTheSecondRecord) {
   const Source here = source_of(seeded(1));
   const RunComparison same = compare_runs({here, source_of(seeded(2))});
