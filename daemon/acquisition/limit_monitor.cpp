@@ -8,8 +8,9 @@ namespace eha::acquisition {
 namespace {
 
 constexpr double kJumpTolerance_s = 0.010;
-constexpr double kOutward_in = 0.1;    // on the way back: more than the noise that arming allows
-constexpr double kDrivenShare = 0.10;  // wider than the dead band of the intended valves, some 1 to 5 %
+constexpr double kJumpOfNoise_in = 0.01;  // a limit of 0.2 in/s would take four deviations of a noise for a jump
+constexpr double kOutward_in = 0.1;       // on the way back: more than the noise that arming allows
+constexpr double kDrivenShare = 0.10;     // wider than the dead band of the intended valves, some 1 to 5 %
 
 }  // namespace
 
@@ -49,7 +50,8 @@ Breach LimitMonitor::check_jump(std::int64_t at_ns, double displacement_in) cons
   const std::size_t last = (readings_ - 1) % window_;
   const double since_last_s = static_cast<double>(at_ns - times_ns_[last]) * kSecondsPerNanosecond;
   const double jump_in = displacement_in - positions_in_[last];
-  if (std::abs(jump_in) <= limits_.velocity_limit_in_per_s * (since_last_s + kJumpTolerance_s)) return {};
+  const double most_in = limits_.velocity_limit_in_per_s * (since_last_s + kJumpTolerance_s);
+  if (std::abs(jump_in) <= std::max(most_in, kJumpOfNoise_in)) return {};
   return {Fault::velocity_limit, jump_in / since_last_s, std::copysign(limits_.velocity_limit_in_per_s, jump_in)};
 }
 

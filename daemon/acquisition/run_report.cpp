@@ -87,7 +87,8 @@ std::string describe_fault(const RunReport& run, const DisplayUnit& unit) {
                 "inward, and asks first; else correct calibration or limits in the rig file"
               : "start nearer to mid-travel, correct offset_V where the rod drifted, or lower the excitation");
     case Fault::velocity_limit:
-      if (reading_jumped(report)) {
+      // Steps of the reading before do not make the speed of a rod.
+      if (std::abs(value) > kNoRod * std::abs(limit)) {
         return fmt::format(
             "the sensor shows {0:.2f} {2}/s, as no rod moves whose limit is {1:.2f} {2}/s: {3}; look at its supply, "
             "cable, shield and earth (`eha read` shows its noise), or put a low-pass filter of some 100 Hz before the "

@@ -113,14 +113,19 @@ void report_rig(const CheckCommand& command, const config::RigConfig& rig, Conso
                   unit.factor("in") * rig.limits.travel_max_in, unit.of("in"), rig.realtime.sample_period_s));
   const bool is_of_another_rig =
       is_changed && *following->measured_rig_check != config::measured_rig_check_of(rig.backend);
+  const bool is_new_file = !is_of_service && is_same_rig;
   if (is_of_another_rig) {
-    console.next_step(suggest::without_following(console.rig()));
+    // Of this file, not of the service's, which has another calibration.
+    console.next_step(suggest::without_following(
+        is_new_file ? access_of(DriveOptions{.rig_file = command.file, .local = true}) : console.rig()));
+  } else if (is_changed && is_new_file) {  // measured through the service, once that has it
+    console.next_step(put_in_force(command.file, service->file, command.socket));
   } else if (is_changed ||
              (lacks_following && !(service && service->change))) {  // to be measured before it is in force
     console.next_step(suggest::characterise(console.rig()));
   } else if (is_of_service && service->change) {
     console.next_step(through(command.socket, "eha disarm") + " && " + through(command.socket, "eha reload"));
-  } else if (!is_of_service && is_same_rig) {  // a new file of the service's rig
+  } else if (is_new_file) {
     console.next_step(put_in_force(command.file, service->file, command.socket));
   } else {
     console.next_step("eha check " + shell_word(an_experiment()) + " --rig " + shell_word(command.file));

@@ -311,6 +311,11 @@ ExitCode execute(const FitCommand& command, Console& console) {
                                   source.run_folder->string(), text));
     }
   }
+  if (source.run_folder && !command.output) {
+    const fs::path name = fs::path(command.source).filename().empty() ? source.run_folder->filename()
+                                                                      : fs::path(command.source).filename();
+    require_writable_run(*source.run_folder, again.import.command, "fit-" + name.string());
+  }
   const IdentificationTask task = task_for(command, source);
   print_warnings(source, task.options.decimation / source.record.parts, console, [&](int every) {
     return importer::command_with(again.import, again.source, fmt::format("--decimate {}", every));

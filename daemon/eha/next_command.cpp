@@ -210,6 +210,15 @@ double unmeasured_percent(const fs::path& folder) {
 
 }  // namespace
 
+void require_writable_run(const fs::path& folder, const std::string& command, const std::string& output) {
+  std::error_code unknown;
+  if (!fs::is_directory(folder, unknown) || ::access(folder.c_str(), W_OK) == 0) return;
+  throw PermissionError(
+      fmt::format("{}: you may not write there, as the runs of the service are its own; to write "
+                  "beside it: `{} -o {}`",
+                  folder.string(), command, shell_word(free_name(output))));
+}
+
 std::optional<std::string> fit_of_run(const fs::path& folder) {
   try {
     const identify::Source source = identify::load_source(folder.string(), {}, {}, {});

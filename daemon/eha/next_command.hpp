@@ -83,6 +83,11 @@ enum class InForce { arm, read };
 [[nodiscard]] std::string next_after_trip(const Trip& trip, const config::RigConfig* of_run,
                                           const suggest::RigAccess& rig);
 
+/// Refuses to begin work whose result goes into a run folder that the caller may not write, as one of the service.
+/// @param command  "eha fit RUN", to which the refusal adds an output of its own   @param output  the name of that
+/// @throws PermissionError
+void require_writable_run(const std::filesystem::path& folder, const std::string& command, const std::string& output);
+
 /// `eha fit RUN`; nothing for a record that is too short to fit, as one that ends within the discarded time, whose
 /// start alone judges no model, or has no rows to fit. Reads the record.
 [[nodiscard]] std::optional<std::string> fit_of_run(const std::filesystem::path& folder);

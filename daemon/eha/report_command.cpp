@@ -10,6 +10,7 @@
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/controller_argument.hpp"
+#include "daemon/eha/next_command.hpp"
 #include "daemon/eha/run_argument.hpp"
 #include "daemon/eha/track_report.hpp"
 #include "daemon/record/manifest.hpp"
@@ -86,6 +87,9 @@ report::Subject load(const ReportCommand& command) {
 
 ExitCode execute(const ReportCommand& command, Console& console) {
   const bool is_run = is_folder(command.sources.front());
+  if (is_run && !command.output) {
+    require_writable_run(command.sources.front(), "eha report " + shell_word(command.sources.front()), "report.html");
+  }
   const bool is_controller = command.sources.size() == 1 && is_controller_file(command.sources.front());
   fs::path path = command.output.value_or(is_run ? fs::path(command.sources.front()) / report::kReportFile
                                                  : fs::path(report::kReportFile));

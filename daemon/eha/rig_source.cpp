@@ -81,6 +81,11 @@ std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {
       in_force.limits.travel_max_in = limits.at("travel_max_in");
       in_force.limits.command_min_V = limits.at("command_min_V");
       in_force.limits.command_max_V = limits.at("command_max_V");
+      for (const auto& [key, limit] :
+           {std::pair{"velocity_limit_in_per_s", &config::RigLimits::velocity_limit_in_per_s},
+            std::pair{"slew_V_per_s", &config::RigLimits::slew_V_per_s}}) {
+        if (limits.contains(key)) in_force.limits.*limit = limits.at(key);  // a service of before lacks it
+      }
     }
     const std::vector<std::string> narrower = narrower_limits(in_force, edited);
     if (narrower.empty()) return FileChange{file + " was edited since ehad read it", ""};
@@ -89,8 +94,11 @@ std::optional<FileChange> change_since_read(const nlohmann::ordered_json& rig) {
                                   file, fmt::join(narrower, ", ")),
                       ""};
   } catch (const ConfigError& error) {
-    return FileChange{fmt::format("{} was edited since ehad read it and is not valid now ({})", file, error.what()),
-                      "correct it, then"};
+    return FileChange{
+        fmt::format("{} was edited since ehad read it and is not valid now, so that nothing begins to move "
+                    "({})",
+                    file, error.what()),
+        "correct it, then"};
   } catch (const Error&) {
     return std::nullopt;
   }

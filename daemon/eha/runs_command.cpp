@@ -334,6 +334,8 @@ std::vector<std::string> next_of(const RunsShowCommand& command, const record::M
   if (purpose == record::Purpose::tracking && !is_whole) return {"eha track " + run};  // says what the trial shows
   const std::optional<std::string> fit = is_fitted ? fit_of_run(command.run) : std::nullopt;
   std::vector<std::string> next{report_of_run(command.run, fit ? *fit : "eha plot " + run)};
+  // A record in which the rod did not follow tells nothing of it.
+  if (!is_whole && is_of_rod(trip)) return {next.front(), after_trip()};
   if (fit && next.front() != *fit && !is_whole) next.push_back(*fit);
   return next;
 }

@@ -85,7 +85,8 @@ Example:
 constexpr const char* kReloadFooter = R"(
 Reads rig.toml and ehad.toml again. Refused while the rig is armed, or somebody else holds the lease (whose `eha
 disarm` returns it; root may); after a refusal, as of a file with faults, the
-configuration read before stays in force. Nothing begins to move while the rig file has narrower limits than those in force.
+configuration read before stays in force. Nothing begins to move while the rig file has narrower limits than those in force,
+or is not valid.
 
 Example:
   eha reload)";

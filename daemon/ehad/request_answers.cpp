@@ -95,6 +95,8 @@ Json Supervisor::status() const {
                      {"travel_max_in", rig.limits.travel_max_in},
                      {"command_min_V", rig.limits.command_min_V},
                      {"command_max_V", rig.limits.command_max_V},
+                     {"velocity_limit_in_per_s", rig.limits.velocity_limit_in_per_s},
+                     {"slew_V_per_s", rig.limits.slew_V_per_s},
                      {"placing_margin_in", config::placing_margin_in(rig)}}}};
   status["lease"] = nullptr;
   if (const Lease::Holder* holder = lease_.holder()) {

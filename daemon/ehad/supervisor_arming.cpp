@@ -37,17 +37,25 @@ std::string stopped_by(const control::StopCall& call, const std::string& user) {
 void Supervisor::require_lease(const Peer& peer, std::string_view what) const {
   const Lease::Holder* holder = lease_.holder();
   if (!holder || holder->uid == peer.uid || peer.uid == kRoot) return;
-  throw PermissionError(fmt::format("{}: {}; wait, or ask {} for eha disarm", what, holder_text(),
-                                    holder->uid == kRoot ? holder->user : holder->user + " or root"));
+  const std::string whom = holder->uid == kRoot ? holder->user : holder->user + " or root";
+  throw PermissionError(fmt::format("{}: {}; wait, or ask {} for eha disarm{}", what, holder_text(), whom,
+                                    active_ ? " after it (eha stop, which anybody may give, ends it)" : ""));
 }
 
 std::string Supervisor::holder_text() const {
   const Lease::Holder& holder = *lease_.holder();
   std::string doing = "the rig is armed";
   if (active_) {
+    // It keeps the lease, whose time begins anew with its end.
     const Entry& entry = queue_.entries().at(active_->entry);
-    doing = fmt::format("experiment {} \"{}\" of {} is being played", entry.id, entry.name, entry.user);
-  } else if (!rig_.is_armed()) {
+    return fmt::format(
+        "the lease is {}'s for {:.0f} s from the end of the run on (since {:%H:%M}; experiment {} \"{}\" of {} is "
+        "being "
+        "played)",
+        holder.user, std::chrono::duration<double>(Lease::kDuration).count(),
+        fmt::localtime(std::chrono::system_clock::to_time_t(holder.since)), entry.id, entry.name, entry.user);
+  }
+  if (!rig_.is_armed()) {
     doing = fmt::format("the rig is not armed: {}", why_disarmed());
   }
   return fmt::format("the lease is {}'s for another {:.0f} s (since {:%H:%M}; {})", holder.user,

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <system_error>
 
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
@@ -61,9 +62,16 @@ std::vector<std::string> narrower_limits(const config::RigConfig& in_force, cons
 void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file,
                                 std::string_view remedy) {
   std::vector<std::string> narrower;
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) return;
   try {
     narrower = narrower_limits(in_force, config::load_rig(file.string()));
-  } catch (const Error&) {
+  } catch (const ConfigError& error) {
+    throw ConfigError(
+        fmt::format("{} was edited since it was read, and is not valid now, so that nobody can tell the limits that it "
+                    "means; nothing moves on those of before: correct it ({}), then {}",
+                    file.string(), error.what(), remedy));
+  } catch (const Error&) {  // it cannot be read
     return;
   }
   if (narrower.empty()) return;

@@ -16,8 +16,8 @@ namespace eha {
 [[nodiscard]] std::vector<std::string> narrower_limits(const config::RigConfig& in_force,
                                                        const config::RigConfig& edited);
 
-/// Refuses a motion on limits that the owner of the rig has narrowed since they were read. Reads the file. One that is
-/// not valid narrows nothing: nobody can tell which limits it means.
+/// Refuses a motion on limits that the owner of the rig has narrowed since they were read, and where the file is not
+/// valid, as nobody can tell which limits it means. Reads the file; one that is gone narrows nothing.
 /// @throws ConfigError
 void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file,
                                 std::string_view remedy = "eha disarm, eha reload, eha arm");

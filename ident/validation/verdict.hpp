@@ -149,8 +149,9 @@ inline constexpr double kFarSaturated_percent = 5.0;
 
 /// The verdict in one word for tables: its grade, but for an accepted model that the recommended one outdoes clearly
 /// (CriterionKind::above_recommended) kOutdone, and for a rejected model that is wrong in nothing and describes the
-/// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end or no
-/// model is recommended, else kNotNeeded: the record hardly determines parameters, or shows that it does without them.
+/// record as well as the recommended one (kAsWell) kNotDetermined where the interval of a coefficient has no end, no
+/// model is recommended, or that one errs far more (kAsWell squared), else kNotNeeded: the record hardly determines
+/// parameters, or shows that it does without them.
 [[nodiscard]] std::string_view verdict_word(const Verdict& verdict);
 
 /// What a word of verdict_word() means that is not a grade; empty for a grade.

@@ -81,7 +81,9 @@ std::string_view verdict_word(const Verdict& verdict) {
     return is_outdone ? kOutdone : text(verdict.grade);
   }
   // Without a recommended model to do as well, none is needless.
-  const bool is_needless = verdict.error_over_recommended && std::none_of(all.begin(), all.end(), is_unbounded);
+  const bool does_as_well =
+      verdict.error_over_recommended && *verdict.error_over_recommended >= 1.0 / (kAsWell * kAsWell);
+  const bool is_needless = does_as_well && std::none_of(all.begin(), all.end(), is_unbounded);
   return is_needless ? kNotNeeded : kNotDetermined;
 }
 

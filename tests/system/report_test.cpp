@@ -97,7 +97,7 @@ TEST_F(Reports, AndAnswersAreInTheUnitThatIsAskedFor) {
   ASSERT_EQ(report.code, 0) << report.err;
   EXPECT_NE(content_of(folder_->path() / "mm.html").find("displacement [mm]"), std::string::npos);
   const Ended shown = run_eha({"runs", "show", paper_.string(), "--units", "mm"}, folder_->path());
-  EXPECT_NE(shown.out.find("error mm"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("largest mm"), std::string::npos) << shown.out;
   const std::string model = (paper_ / json::parse(content_of(paper_ / "run.json"))
                                           .at("identification")
                                           .at("models")

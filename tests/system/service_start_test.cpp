@@ -375,7 +375,9 @@ TEST_F(ServiceStart, SaysWhatBecameOfTheRigFileThatItHasRead) {
   EXPECT_EQ(run_eha(arm, daemon_.folder()).err.find("since ehad read it"), std::string::npos) << "the same content";
   std::ofstream(daemon_.rig_file()) << sound << "command_max_V = = 3\n";
   const Ended torn = run_eha(arm, daemon_.folder());
-  EXPECT_NE(torn.err.find("was edited since ehad read it and is not valid now ("), std::string::npos) << torn.err;
+  EXPECT_NE(torn.err.find("was edited since ehad read it and is not valid now, so that nothing begins to move ("),
+            std::string::npos)
+      << torn.err;
   EXPECT_NE(torn.err.find("correct it, then `eha reload"), std::string::npos) << torn.err;
   std::filesystem::remove(daemon_.rig_file());
   const Ended gone = run_eha(arm, daemon_.folder());

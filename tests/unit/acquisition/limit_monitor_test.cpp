@@ -153,6 +153,19 @@ TEST(LimitMonitor, TripsOnAJumpThatNoRodCanMake) {
   EXPECT_TRUE(monitor.has_jumped());
 }
 
+TEST(LimitMonitor, TakesNoNoiseForAJumpWhereTheVelocityLimitIsLow) {
+  config::RigLimits limits = test_limits();
+  limits.velocity_limit_in_per_s = 0.2;  // 0.0022 in within a tick and 10 ms
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> noise_in(0.0, 0.0006);
+  LimitMonitor monitor(limits, 0.001);
+  for (int k = 0; k < 100'000; ++k) {
+    ASSERT_EQ(monitor.check(k * kTick_ns, at(3.0 + noise_in(random)), 0.0).fault, Fault::none) << "tick " << k;
+  }
+  EXPECT_EQ(monitor.check(100'000 * kTick_ns, at(3.02), 0.0).fault, Fault::velocity_limit);
+  EXPECT_TRUE(monitor.has_jumped());
+}
+
 TEST(LimitMonitor, TakesASensorForFrozenAfterItsTimeButOnlyWhileTheValveIsDriven) {
   LimitMonitor idle(test_limits(), 0.001);
   for (int k = 0; k < 1000; ++k) ASSERT_EQ(idle.check(k * kTick_ns, at(3.0, 7), 0.4).fault, Fault::none);
