@@ -19,13 +19,20 @@
 namespace eha::identify {
 namespace {
 
-constexpr double kMostBesideGain = 0.5;  // of the error, left over beside the gain that explains it
+constexpr double kMostBesideGain = 0.5;           // of the error, left over beside the gain that explains it
+constexpr double kFollowsNothing_percent = 20.0;  // of R2
+constexpr double kFollows_percent = 80.0;         // the same, on the model's own record
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 on the simulated rig
 
 /// Rms error on the model's own record: what its structure leaves over of this plant. 0: not known.
 double own_rms_error(const ident::Model& model) {
   if (model.validation) return std::sqrt(model.validation->score.mse);
   return model.estimation ? std::sqrt(model.estimation->score.mse) : 0.0;
+}
+
+double own_r2_percent(const ident::Model& model) {
+  if (model.validation) return model.validation->score.r2_percent;
+  return model.estimation ? model.estimation->score.r2_percent : 0.0;
 }
 
 /// Whether the record that estimated a model can be read and has another input; false where it cannot be read.
@@ -52,7 +59,9 @@ void judge_plant(ScoredModel& scored, const ident::Model& model, const Source& s
     if (gain.rms_error < kMostBesideGain * scored.rms_error) scored.other_gain = gain;
   }
   const ident::Score& score = scored.validation.offset_reestimated.value_or(scored.validation.score);
-  const bool is_hopeless = ratio > kHopeless && score.fit_percent < kHopelessFit_percent;
+  // Of a plant that the structure itself does not fit every model of it errs as much as its refit.
+  const bool follows_nothing = score.r2_percent < kFollowsNothing_percent && own_r2_percent(model) > kFollows_percent;
+  const bool is_hopeless = follows_nothing || (ratio > kHopeless && score.fit_percent < kHopelessFit_percent);
   const auto moves_by = [&](double half_widths) {
     return std::any_of(scored.change->parameters.begin(), scored.change->parameters.end(),
                        [&](const ident::ParameterChange& p) {

@@ -40,7 +40,10 @@ std::string why_input_is_silent(const ident::Model& model, const Eigen::VectorXd
 
 /// Whether a gain is shown to have the other sign.
 bool moves_the_other_way(const ScoredModel& scored) {
-  if (!scored.change) return false;
+  // Of a structure that does not fit the record the sign is chance.
+  const bool refit_follows = scored.refit && scored.refit->model.estimation &&
+                             scored.refit->model.estimation->score.r2_percent > kFollows_percent;
+  if (!scored.change || !refit_follows) return false;
   const auto& all = scored.change->parameters;
   return std::any_of(all.begin(), all.end(), [](const ident::ParameterChange& p) {
     return p.role == ident::ParameterRole::numerator_coefficient && p.changed && p.before * p.after < 0.0 &&

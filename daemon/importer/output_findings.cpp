@@ -134,7 +134,7 @@ std::string clipped_text(const std::vector<double>& input, const std::vector<dou
                         text.empty() ? "of the rows have the output " : "", extreme,
                         extreme < *greatest ? "least" : "greatest");
   }
-  return text.empty() ? text : text + ": the sensor is at its end, or a rod stands";
+  return text.empty() ? text : text + ": the sensor is at its end, a rod stands, or the output has settled";
 }
 
 /// "from 42 to 42.29 s", of several the longest; empty without one.

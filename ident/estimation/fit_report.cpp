@@ -80,8 +80,9 @@ Eigen::VectorXd unfiltered(const Eigen::VectorXd& signal, const Comparison& comp
 /// as stands_at_end() wants: crests of a coarse sensor; and where it rests at both ends (rests_at_both_ends()). A fit
 /// that bends towards the flat pieces still bulges; a plant at rest, or a slow peak of few converter codes, does not.
 /// @param output  of the record at the compared rows, without the filter, behind which no two values are equal
+/// @param step    of a coarse output, else 0
 double saturated_percent(const Eigen::VectorXd& input, const Eigen::VectorXd& output, const Eigen::VectorXd& residual,
-                         const Eigen::VectorXd& simulated) {
+                         const Eigen::VectorXd& simulated, double step) {
   if (output.size() <= 2 * kHighestAutoregression || rests_at_both_ends(input, output)) return 0.0;
   double bulge = 0.0;
   Eigen::Index count = 0;
@@ -103,7 +104,8 @@ double saturated_percent(const Eigen::VectorXd& input, const Eigen::VectorXd& ou
   // The bulges' corners are no noise: they would double its variance.
   const Eigen::MatrixXd white = whitened(residual, autoregression(residual));
   const double noise = robust_std({white.data(), white.data() + white.size()});
-  if (!(bulge / static_cast<double>(count) > kBulgeOverNoise * noise)) return 0.0;
+  // A motion that settles within the last step of a coarse sensor bulges by less than that.
+  if (!(bulge / static_cast<double>(count) > std::max(kBulgeOverNoise * noise, step))) return 0.0;
   return 100.0 * static_cast<double>(count) / static_cast<double>(output.size());
 }
 
@@ -266,9 +268,10 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   report.end_stop = end_stop(compared);
   report.jump = report.end_stop ? std::nullopt : error_jump(compared);
   if (report.jump && estimated > 0) report.jump->estimating = report.jump->time_s <= result.time_s[estimated - 1];
-  report.saturated_percent = std::max(saturated_percent(inputs, all_rows.of(unfiltered(record.output, comparison)),
-                                                        all_measured - all_simulated, all_simulated),
-                                      report.end_stop ? report.end_stop->percent : 0.0);
+  report.saturated_percent =
+      std::max(saturated_percent(inputs, all_rows.of(unfiltered(record.output, comparison)),
+                                 all_measured - all_simulated, all_simulated, facts.output_step()),
+               report.end_stop ? report.end_stop->percent : 0.0);
   const std::optional<ValveMap>& map = result.model.input_map;
   if (effects == Effects::include) {
     report.map_error = map_error(result.model, outputs, result.measured - result.simulated);

@@ -125,6 +125,8 @@ void note_left_out(FitResult& result, const PreparedRecord& prepared, const Stru
         ar_bic = without.model.estimation->information->ar_bic;
       } catch (const NoStableModel&) {
         // Nothing but this term makes a model.
+      } catch (const DataError&) {
+        ar_bic = model.estimation->information->ar_bic;  // the record does not allow it, and shows no need of the term
       }
       known = fitted.insert(fitted.end(), {wanted, ar_bic});
     }
