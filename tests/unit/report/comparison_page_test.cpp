@@ -90,10 +90,9 @@ TEST(ComparisonPage, SaysThatOnlyTheNoiseGrewAndThatALeakMovesANull) {
   EXPECT_NE(other.find("<dd>As the box above says.</dd>"), std::string::npos) << other;
   noisy.is_tight = true;
   noisy.change->parameters[0].after = 0.008;
-  EXPECT_NE(
-      page(noisy).find("To do: Nearest to a change is null, by 0.008 V, 80 % of what would show. By the valve "
-                       "sheets the rods hardly leak, so that dry friction or the load is another one"),
-      std::string::npos)
+  EXPECT_NE(page(noisy).find("To do: Nearest to a change is null, by 0.008 V, 80 % of what would show. By the valve "
+                             "sheets the rods hardly leak, so that dry friction or the load is another one"),
+            std::string::npos)
       << page(noisy);
   EXPECT_EQ(other.find("<dd>Nothing"), std::string::npos);
   noisy.change->changed = noisy.change->parameters[0].changed = true;

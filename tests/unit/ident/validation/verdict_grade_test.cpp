@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What lowers the grade of a model that no limit rejects, and how it is said.
-#include "ident/validation/verdict.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,6 +14,7 @@
 #include "ident/search/least_squares.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/explanation.hpp"
+#include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 #include "tests/unit/ident/validation/good_model.hpp"
 
