@@ -17,7 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kFewestForTrends = 10;
-constexpr const char* kAtRest = "figures_at_rest";
 
 /// Computes the distances from which on an estimate is an outlier.
 void set_half_widths(std::vector<Parameter>& parameters) {

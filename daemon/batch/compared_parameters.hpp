@@ -9,6 +9,9 @@
 
 namespace eha::batch {
 
+/// What a row keeps of a model's figures at rest, which are compared in the place of its parameters.
+inline constexpr const char* kAtRest = "figures_at_rest";
+
 /// The model of a name in what a row keeps of its fit; null without one.
 [[nodiscard]] const nlohmann::ordered_json* model_of(const nlohmann::ordered_json& fit, const std::string& name);
 
