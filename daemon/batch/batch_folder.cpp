@@ -257,6 +257,26 @@ void BatchFolder::finish_replacing() const {
   fs::remove(aside);
 }
 
+namespace {
+
+/// Removes what a batch that was killed has left. Its last fit ends with it, and may write or remove there meanwhile.
+/// @throws IoError
+void remove_left_over(const fs::path& folder) {
+  constexpr int kTries = 40;
+  constexpr std::chrono::milliseconds kBetween{50};
+  std::error_code error;
+  for (int k = 0; k < kTries; ++k) {
+    fs::remove_all(folder, error);
+    if (!error) return;
+    const bool may_pass = error == std::errc::no_such_file_or_directory || error == std::errc::directory_not_empty;
+    if (!may_pass) break;
+    std::this_thread::sleep_for(kBetween);
+  }
+  os::throw_system_error("remove", folder, error.value());
+}
+
+}  // namespace
+
 void BatchFolder::claim(const Shard& shard) {
   const std::string name = fmt::format("{}-of-{}", shard.number, shard.count);
   work_ = path_ / kWork / name;
@@ -266,9 +286,7 @@ void BatchFolder::claim(const Shard& shard) {
     throw UsageError(fmt::format("{}: another process works on part {} of {} of this batch", path_.string(),
                                  shard.number, shard.count));
   }
-  std::error_code error;
-  fs::remove_all(work_, error);
-  if (error) os::throw_system_error("remove", work_, error.value());
+  remove_left_over(work_);
 }
 
 std::vector<Record> BatchFolder::open_records(const Shard& shard) const {

@@ -189,11 +189,11 @@ void remark(Tuned& tuned, const TuneTask& task, const ident::AxisPlant& plant) {
     }
   }
   if (plant.unseen_delay_s * d.margins.crossover_rad_s > kSeenTurn) {
-    lines.push_back(fmt::format(
-        "The model was compared every {:g} s and does not show faster lags; the margins allow {:.2g} s for "
-        "them. The same record fitted with a smaller --decimate (`eha fit RECORD --decimate N`), and `eha tune` of "
-        "that model, would allow more gain.",
-        plant.compared_step_s, plant.unseen_delay_s));
+    lines.push_back(
+        fmt::format("The model was compared every {:g} s and does not show faster lags; the margins allow {:.2g} s for "
+                    "them. The same record fitted with a smaller --decimate, and a controller tuned for "
+                    "that model, would allow more gain.",
+                    plant.compared_step_s, plant.unseen_delay_s));
   }
   if (plant.replaced) {
     lines.push_back(

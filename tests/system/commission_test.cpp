@@ -59,7 +59,7 @@ TEST_F(Commission, GoesFromAnUnknownValveToAnAxisThatKeepsItsPromise) {
   EXPECT_EQ(content_of(file("commission/rig_before.toml")), unknown_rig());
   EXPECT_THAT(content_of(file("commission/report.html")), HasSubstr("follows its reference as promised"));
   const std::string page = content_of(file("commission/report.html"));
-  EXPECT_THAT(page, HasSubstr("speed within the dead band, too slow for a leak"));
+  EXPECT_THAT(page, HasSubstr("speed within the dead band: no leak to repair"));
   EXPECT_THAT(page, Not(HasSubstr("a sheet that shows no leak leaves friction")));
   EXPECT_THAT(page, HasSubstr("By the sweep the gain "));
   EXPECT_THAT(page, HasSubstr("<summary>Timing</summary>"));

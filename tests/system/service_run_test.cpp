@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/os/files.hpp"
 #include "tests/system/daemon.hpp"
 #include "tests/system/program.hpp"
 
@@ -407,6 +408,7 @@ TEST(Service, KeepsItsConfigurationWhenTheNewOneHasFaults) {
   Daemon daemon;
   daemon.start();
   Client client(daemon.socket());
+  const std::string sound = os::read_file(daemon.rig_file());
   std::ofstream(daemon.rig_file()) << "schema = 1\nname = \"other\"\n";
   const Refused answer = refused(client, "reload");
   EXPECT_EQ(answer.code, static_cast<int>(ExitCode::configuration));
@@ -416,6 +418,8 @@ TEST(Service, KeepsItsConfigurationWhenTheNewOneHasFaults) {
   EXPECT_NE(said.err.find("the configuration that ehad has read before stays in force"), std::string::npos) << said.err;
   EXPECT_EQ(client.call("status").at("rig").at("name"), "simulated rig");
   client.call("arm");
+  EXPECT_THROW(submit(client, experiment_text("one")), Error) << "nobody can tell the limits that the file means";
+  std::ofstream(daemon.rig_file()) << sound;
   EXPECT_EQ(follow(daemon, submit(client, experiment_text("one"))).at("outcome"), "completed");
 }
 
