@@ -8,7 +8,7 @@ namespace eha::acquisition {
 namespace {
 
 constexpr double kJumpTolerance_s = 0.010;
-constexpr double kJumpOfNoise_in = 0.01;  // a limit of 0.2 in/s would take four deviations of a noise for a jump
+constexpr double kJumpOfNoise_in = 0.01;  // below 0.9 in/s noise would count as a jump: 0.0022 in at 0.2 in/s
 constexpr double kOutward_in = 0.1;       // on the way back: more than the noise that arming allows
 constexpr double kDrivenShare = 0.10;     // wider than the dead band of the intended valves, some 1 to 5 %
 

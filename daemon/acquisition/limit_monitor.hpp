@@ -30,9 +30,9 @@ struct Breach {
 /// enough), so that one noisy code gives no speed. Travel is exceeded if the rod is outside, or could not stop inside:
 /// x +- config::stopping_distance_in(). A rod that reverses next to an end may pass it by the distance for v = 0 (0.014
 /// in at 200 in/s^2) before v shows it. A jump between two readings is also too fast if it exceeds what the rod may
-/// cover in the time between them plus 10 ms, and 0.01 in of noise: only a failing sensor does that. A sensor is frozen
-/// when its code stays the same for the rig's time while the command is more than 10 % of half the command range away
-/// from the safe voltage; time that is not driven does not count.
+/// cover in the time between them plus 10 ms, or 0.01 in where that is more: only a failing sensor does that. A sensor
+/// is frozen when its code stays the same for the rig's time while the command is more than 10 % of half the command
+/// range away from the safe voltage; time that is not driven does not count.
 class LimitMonitor {
  public:
   LimitMonitor(const config::RigLimits& limits, double period_s) noexcept;

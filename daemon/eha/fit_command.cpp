@@ -231,6 +231,7 @@ void warn_of_lost_input(const FitCommand& again, const Source& source, const Con
                       : fmt::format("cut: `{}`", importer::command_with(again.import, again.source, lost->options))));
 }
 
+/// Whether the same fit is to be made of the file read otherwise, before anything is said of the plant.
 bool mends_columns(ident::FirstStep first) {
   return first == ident::FirstStep::mend_input || first == ident::FirstStep::take_rows_as_even;
 }

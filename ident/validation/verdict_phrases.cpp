@@ -56,8 +56,7 @@ std::string effect_of(const Model& model) {
   const NonlinearityTest& test = *model.validation->tests->nonlinearity;
   if (!is_of_bent_edges(model, test)) return effect_of(test);
   return "level of the input, as where a leak, friction, play or a gain that grows with the opening, which move the "
-         "rod "
-         "within the dead band of the model's map, bend its edges";
+         "rod within the dead band of the model's map, bend its edges";
 }
 
 bool is_of_bent_edges(const Model& model, const NonlinearityTest& test) {
