@@ -164,7 +164,9 @@ std::optional<std::string> step_by_cause(const FitCommand& command, const Source
         !model.verdict->reasons.empty() && recommendation.reason + "." == model.verdict->reasons.front();
     if (model.name != named && !is_reason && identification.models.size() > 1) continue;
     const auto explained = ident::explanation_of(model, *model.verdict);
-    if (explained && !ident::is_saturation(*explained)) return fit_of_structure(command, source, explained->options);
+    if (explained && explained->kind == ident::ExplanationKind::structure) {
+      return fit_of_structure(command, source, explained->options);
+    }
     if (explained && !explained->options.empty()) return fit_of_part(command, source, explained->options);
     if (explained && !has_model) return picture_of_record(command);
     const ident::GreyBoxKind* kind = ident::grey_box_to_advise(model, *model.verdict);

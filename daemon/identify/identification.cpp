@@ -244,7 +244,7 @@ Identification fit_in_rounds(const Source& source, IdentificationTask task, cons
     return identification;
   }
   // Neither other starts nor a longer experiment move a rod off its end stop, mend a sensor or make rows quicker.
-  if (!task.slow_rows.empty() || !task.loop.empty()) return identification;
+  if (!task.slow_rows.empty() || is_loop_noted(identification)) return identification;
   const ident::FirstStep first = next_step_of(identification).first;
   if (first != ident::FirstStep::none && first != ident::FirstStep::longer_record) return identification;
 

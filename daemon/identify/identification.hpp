@@ -19,6 +19,7 @@
 #include "ident/signal/frequency_response.hpp"
 #include "ident/signal/measured_rows.hpp"
 #include "ident/validation/first_step.hpp"
+#include "ident/validation/loop_in_record.hpp"
 #include "ident/validation/recommendation.hpp"
 #include "ident/validation/verdict.hpp"
 
@@ -40,15 +41,15 @@ struct IdentificationTask {
   importer::Cut cut = {};                 ///< as Source
   std::string frozen = {};                ///< as Source
   std::string slow_rows = {};             ///< as Source
-  std::string loop = {};                  ///< as Source
-  std::string gaps = {};                  ///< as Source
-  importer::Cut without_gaps = {};        ///< as Source
-  std::string against_lost_rows = {};     ///< of a run: what to do where its rows were not measured
-  std::string within_dead_band = {};      ///< of identify::within_dead_band()
-  std::string at_command_limit = {};      ///< of identify::at_command_limit()
-  std::string trend = {};                 ///< the line that was taken out of the output, see without_trend()
-  ident::Unmeasured unmeasured = {};      ///< as of Source
-  std::size_t repetition_samples = 0;     ///< rows of one repetition; 0 when unknown
+  std::optional<ident::LoopInRecord> loop = {};  ///< as Source
+  std::string gaps = {};                         ///< as Source
+  importer::Cut without_gaps = {};               ///< as Source
+  std::string against_lost_rows = {};            ///< of a run: what to do where its rows were not measured
+  std::string within_dead_band = {};             ///< of identify::within_dead_band()
+  std::string at_command_limit = {};             ///< of identify::at_command_limit()
+  std::string trend = {};                        ///< the line that was taken out of the output, see without_trend()
+  ident::Unmeasured unmeasured = {};             ///< as of Source
+  std::size_t repetition_samples = 0;            ///< rows of one repetition; 0 when unknown
   /// Band in which the input moves, from the experiment; none: from its spectrum.
   std::optional<ident::FrequencyInterval> excited = {};
   /// Noise of a compared output sample, see ident::measured_noise() [output unit]; none if nothing repeats.

@@ -373,7 +373,7 @@ std::optional<WrongInput> of_exchanged_columns(const Source& source, const Ident
 std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
                                       const Identification& identification, const Progress& progress) {
   // A loop has no input to mend, and the copy of a run's record the run's own.
-  if (!task.loop.empty() || source.is_closed_loop || source.is_of_run) return std::nullopt;
+  if (is_loop_noted(identification) || source.is_closed_loop || source.is_of_run) return std::nullopt;
   // Of exchanged columns a later input explains more, too.
   if (auto found = of_exchanged_columns(source, task, identification)) return found;
   const bool is_known = source.run_folder || !task.frozen.empty();
@@ -401,7 +401,8 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
 }
 
 std::string may_be_clipped(const Source& source, const IdentificationTask& task, const Identification& identification) {
-  if (source.run_folder || source.is_of_run || !task.loop.empty() || source.intersample != ident::Intersample::held) {
+  if (source.run_folder || source.is_of_run || is_loop_noted(identification) ||
+      source.intersample != ident::Intersample::held) {
     return {};
   }
   const IdentifiedModel* first = recommended_model(identification);
@@ -418,8 +419,7 @@ std::string may_be_clipped(const Source& source, const IdentificationTask& task,
 std::optional<WrongInput> lost_input(const Source& source) {
   constexpr double kLong = 0.1;  // of the rows
   const ident::Record& record = source.record;
-  if (source.run_folder || source.is_of_run || source.is_closed_loop || !source.loop.empty() ||
-      !source.frozen.empty()) {
+  if (source.run_folder || source.is_of_run || source.is_closed_loop || source.loop || !source.frozen.empty()) {
     return std::nullopt;
   }
   const Stretches stretches = ident::frozen_input(record.input, record.output);

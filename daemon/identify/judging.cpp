@@ -99,6 +99,31 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
   return band && band->lowest_Hz < band->highest_Hz ? band : std::nullopt;
 }
 
+void note_loop(const ident::LoopInRecord& loop, ident::Model& model) {
+  model.provenance[ident::kLoopOfRecord] = fmt::format("{:.2f}", loop.correlation);
+}
+
+/// A quiet loop biases no model that follows the record: it is noted where none does, and of models whose input seems
+/// to have noise that did not reach the plant, as that came round the loop.
+void note_quiet_loop(const IdentificationTask& task, Identification& identification) {
+  constexpr double kFollowed_percent = 99.5;
+  if (!task.loop || !task.loop->is_quiet) return;
+  const bool is_followed =
+      std::any_of(identification.models.begin(), identification.models.end(), [](const IdentifiedModel& one) {
+        const auto& validation = one.result.model.validation;
+        return validation && validation->score.r2_percent >= kFollowed_percent;
+      });
+  for (IdentifiedModel& one : identification.models) {
+    ident::Model& model = one.result.model;
+    if (!model.verdict) continue;
+    if (is_followed && !ident::fails_any(*model.verdict, {ident::CriterionKind::input_noise})) continue;
+    note_loop(*task.loop, model);
+    const std::optional<ident::FrequencyInterval> band = model.verdict->usable_band;
+    model.verdict = ident::judge(model, task.acceptance, facts_of(task));
+    model.verdict->usable_band = band;
+  }
+}
+
 void note_record(const IdentificationTask& task, ident::Model& model) {
   for (const char* key :
        {ident::kCutOfRecord, ident::kFrozenOfRecord, ident::kWithoutFrozen, ident::kGapsOfRecord, ident::kWithoutGaps,
@@ -109,7 +134,7 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
   }
   ident::forget_explanation(model);
   if (!task.slow_rows.empty()) model.provenance[ident::kSlowRows] = task.slow_rows;
-  if (!task.loop.empty()) model.provenance[ident::kLoopOfRecord] = task.loop;
+  if (task.loop && !task.loop->is_quiet) note_loop(*task.loop, model);
   constexpr double kMultiple = 0.95;
   if (model.validation && model.validation->score.r2_percent < ident::kNoAnswer_percent) {
     const double correlation = ident::same_row_correlation(task.record);
@@ -210,6 +235,12 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
   model.provenance["software"] = fmt::format("eha {}", EHA_VERSION);
 }
 
+bool is_loop_noted(const Identification& identification) {
+  return std::any_of(identification.models.begin(), identification.models.end(), [](const IdentifiedModel& one) {
+    return one.result.model.provenance.contains(ident::kLoopOfRecord);
+  });
+}
+
 void add_remark(ident::Model& model, const std::string& remark) {
   std::string& remarks = model.provenance["remarks"];
   remarks += (remarks.empty() ? "" : "\n") + remark;
@@ -222,6 +253,7 @@ ident::Intersample intersample_of(const ident::Model& model) {
 }
 
 void choose(const IdentificationTask& task, Identification& identification) {
+  note_quiet_loop(task, identification);
   identification.recommendation = recommend(identification.models, task);
   const auto picked =
       std::find_if(identification.models.begin(), identification.models.end(), [&](const IdentifiedModel& m) {

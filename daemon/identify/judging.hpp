@@ -31,6 +31,9 @@ void note_record(const IdentificationTask& task, ident::Model& model);
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result);
 
+/// Whether the models are told to be of a record in closed loop: a quiet loop only where none of them follows it.
+[[nodiscard]] bool is_loop_noted(const Identification& identification);
+
 /// Adds a sentence on the record to those that a model's file keeps for its report.
 void add_remark(ident::Model& model, const std::string& remark);
 

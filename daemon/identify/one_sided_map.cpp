@@ -31,7 +31,7 @@ bool may_be_one_sided(const ident::Model& model) {
 }  // namespace
 
 void hold_one_sided_maps(const IdentificationTask& task, Identification& identification) {
-  if (task.options.procedure == ident::Procedure::paper || !task.loop.empty()) return;
+  if (task.options.procedure == ident::Procedure::paper || is_loop_noted(identification)) return;
   std::optional<ident::PreparedRecord> prepared;
   bool any = false;
   for (IdentifiedModel& one : identification.models) {

@@ -11,7 +11,7 @@
 namespace eha::identify {
 namespace {
 
-constexpr double kFollows_percent = 50.0;  // of R2
+constexpr double kAnswers_percent = 50.0;  // of R2
 constexpr double kHardly = 0.05;           // of the range or the motion that it is compared with
 
 double rms_about_mean(const Eigen::VectorXd& values) {
@@ -42,7 +42,7 @@ std::string why_input_is_silent(const ident::Model& model, const Eigen::VectorXd
 bool moves_the_other_way(const ScoredModel& scored) {
   // Of a structure that does not fit the record the sign is chance.
   const bool refit_follows = scored.refit && scored.refit->model.estimation &&
-                             scored.refit->model.estimation->score.r2_percent > kFollows_percent;
+                             scored.refit->model.estimation->score.r2_percent > kAnswers_percent;
   if (!scored.change || !refit_follows) return false;
   const auto& all = scored.change->parameters;
   return std::any_of(all.begin(), all.end(), [](const ident::ParameterChange& p) {
@@ -56,7 +56,7 @@ bool moves_the_other_way(const ScoredModel& scored) {
 std::string why_silent(const ident::Model& model, const ident::Record& record, const ScoredModel& scored, double factor,
                        const std::string& unit) {
   const ident::Score& score = scored.validation.offset_reestimated.value_or(scored.validation.score);
-  if (score.r2_percent > kFollows_percent || record.input.size() == 0) return {};
+  if (score.r2_percent > kAnswers_percent || record.input.size() == 0) return {};
   if (const std::string why = why_input_is_silent(model, record.input); !why.empty()) {
     return fmt::format(
         "The record cannot judge the model: {}; record an input of the model's size, and look whether the column is "

@@ -127,7 +127,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
     source.cut = imported.cut;
     source.frozen = std::move(imported.frozen);
     source.slow_rows = std::move(imported.slow_rows);
-    if (const auto loop = ident::loop_in_record(source.record)) source.loop = fmt::format("{:.2f}", *loop);
+    if (const auto loop = ident::loop_in_record(source.record)) source.loop = *loop;
     source.without_gaps = imported.without_gaps;
     source.gaps = imported.gaps;
     source.repairs = std::move(imported.repairs);

@@ -14,6 +14,7 @@
 #include "ident/record.hpp"
 #include "ident/signal/intersample.hpp"
 #include "ident/signal/measured_rows.hpp"
+#include "ident/validation/loop_in_record.hpp"
 
 namespace eha::identify {
 
@@ -29,24 +30,24 @@ struct Source {
   acquisition::Outcome outcome = acquisition::Outcome::completed;
   std::string sha256 =
       {};  ///< of a file that is fitted; empty: not computed, or of a run, whose run.json has those of its files
-  std::string units = {};                     ///< of displayed lengths, from the run's rig file; empty: none
-  ident::Unmeasured unmeasured = {};          ///< of the rows of the run or file
-  std::size_t without_input = 0;              ///< of a file: of these, the rows whose input was not measured
-  std::string guess = {};                     ///< of a file: the guesses, in one line; may be empty
-  std::string command = {};                   ///< of importer::command_that_made(); empty: of no command line
-  std::vector<std::string> remarks = {};      ///< on the record: for a person to look at, one sentence each
-  std::string rig_text = {};                  ///< of a run: the rig file as used; for config::parse_rig
-  bool is_of_run = false;                     ///< a file in a run's folder, whose input is known
-  bool is_closed_loop = false;                ///< of a file: by its columns, as a set point beside input and output
-  std::string exchange = {};                  ///< of a file: the options that exchange input and output
-  importer::Cut cut = {};                     ///< of a file: the part that the remarks on its output ask to keep
-  std::string frozen = {};                    ///< of a file: where the sensor froze, as importer::Imported
-  std::string slow_rows = {};                 ///< of a file: that its rows are too slow for the plant, the same
-  std::string loop = {};                      ///< of a file in closed loop: the figure of ident::loop_in_record()
-  importer::Cut without_gaps = {};            ///< of a file: the longest part without a filled gap
-  std::string gaps = {};                      ///< of a file: where gaps were filled, as importer::Imported
-  std::vector<std::string> repairs = {};      ///< of a file: repaired gaps and jitter, one sentence each
-  std::optional<ident::Record> as_even = {};  ///< of a file whose rows were moved, as importer::Imported
+  std::string units = {};                        ///< of displayed lengths, from the run's rig file; empty: none
+  ident::Unmeasured unmeasured = {};             ///< of the rows of the run or file
+  std::size_t without_input = 0;                 ///< of a file: of these, the rows whose input was not measured
+  std::string guess = {};                        ///< of a file: the guesses, in one line; may be empty
+  std::string command = {};                      ///< of importer::command_that_made(); empty: of no command line
+  std::vector<std::string> remarks = {};         ///< on the record: for a person to look at, one sentence each
+  std::string rig_text = {};                     ///< of a run: the rig file as used; for config::parse_rig
+  bool is_of_run = false;                        ///< a file in a run's folder, whose input is known
+  bool is_closed_loop = false;                   ///< of a file: by its columns, as a set point beside input and output
+  std::string exchange = {};                     ///< of a file: the options that exchange input and output
+  importer::Cut cut = {};                        ///< of a file: the part that the remarks on its output ask to keep
+  std::string frozen = {};                       ///< of a file: where the sensor froze, as importer::Imported
+  std::string slow_rows = {};                    ///< of a file: that its rows are too slow for the plant, the same
+  std::optional<ident::LoopInRecord> loop = {};  ///< of a file in closed loop
+  importer::Cut without_gaps = {};               ///< of a file: the longest part without a filled gap
+  std::string gaps = {};                         ///< of a file: where gaps were filled, as importer::Imported
+  std::vector<std::string> repairs = {};         ///< of a file: repaired gaps and jitter, one sentence each
+  std::optional<ident::Record> as_even = {};     ///< of a file whose rows were moved, as importer::Imported
   /// What the input does between rows. If it is straight, the record has ident::kPartsOfARow rows for each of the
   /// file's.
   ident::Intersample intersample = ident::Intersample::held;

@@ -37,9 +37,14 @@ std::string against_error(const ident::Model& model) {
   if (!model.verdict) return {};
   const std::string in_box(kBoxSays);
   if (const auto explanation = ident::explanation_of(model, *model.verdict)) {
-    return (ident::is_saturation(*explanation) ? "The plant saturates: "
-                                               : "Another structure describes what is left: ") +
-           in_box;
+    switch (explanation->kind) {
+      case ident::ExplanationKind::structure:
+        return "Another structure describes what is left: " + in_box;
+      case ident::ExplanationKind::limit:
+        return "The plant saturates: " + in_box;
+      case ident::ExplanationKind::power:
+        return "The plant's gain is curved: " + in_box;
+    }
   }
   switch (ident::error_cause(model, *model.verdict)) {
     case ErrorCause::wrong_input:

@@ -3,24 +3,38 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <string_view>
+
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
 namespace {
 
+constexpr const char* kKind = "explained_by_kind";
+constexpr std::array<std::string_view, 3> kKindNames{"structure", "limit", "power"};
 constexpr const char* kHas = "explained_by";
 constexpr const char* kOptions = "explained_by_options";
 constexpr const char* kRatio = "explained_by_error_ratio";
 
-}  // namespace
-
-bool is_saturation(const Explanation& explanation) {
-  return explanation.options.empty() || explanation.options.starts_with("--from") ||
-         explanation.options.starts_with("--to");
+/// Files of before have no kind: a limit had a part of the record or no options.
+ExplanationKind kind_of(const Model& model, const std::string& options) {
+  const auto kind = model.provenance.find(kKind);
+  if (kind != model.provenance.end()) {
+    const auto* const found = std::find(kKindNames.begin(), kKindNames.end(), kind->second);
+    if (found != kKindNames.end()) return static_cast<ExplanationKind>(found - kKindNames.begin());
+  }
+  const bool is_limit = options.empty() || options.starts_with("--from") || options.starts_with("--to");
+  return is_limit ? ExplanationKind::limit : ExplanationKind::structure;
 }
 
+}  // namespace
+
 void note_explanation(Model& model, const Explanation& explanation) {
+  model.provenance[kKind] = kKindNames.at(static_cast<std::size_t>(explanation.kind));
   model.provenance[kHas] = explanation.has;
   model.provenance[kOptions] = explanation.options;
   model.provenance[kRatio] = explanation.ratio;
@@ -32,7 +46,7 @@ std::optional<Explanation> explanation(const Model& model) {
   const auto ratio = model.provenance.find(kRatio);
   const auto end = model.provenance.end();
   if (has == end || options == end || ratio == end) return std::nullopt;
-  return Explanation{has->second, options->second, ratio->second};
+  return Explanation{kind_of(model, options->second), has->second, options->second, ratio->second};
 }
 
 std::optional<Explanation> explanation_of(const Model& model, const Verdict& verdict) {
@@ -49,11 +63,18 @@ std::optional<Explanation> explanation_of(const Model& model, const Verdict& ver
 }
 
 void forget_explanation(Model& model) {
-  for (const char* key : {kHas, kOptions, kRatio}) model.provenance.erase(key);
+  for (const char* key : {kKind, kHas, kOptions, kRatio}) model.provenance.erase(key);
 }
 
 std::string sentence_of(const Explanation& explanation) {
-  if (is_saturation(explanation)) {
+  if (explanation.kind == ExplanationKind::power) {
+    return fmt::format(
+        "The plant's gain is curved: behind the power sign(u) |u|^{} of the input a structure errs {} times as much on "
+        "unseen data, and no structure here has that power; use the model at the recorded amplitudes, or apply the "
+        "power to the column of the input and fit that.",
+        explanation.has, explanation.ratio);
+  }
+  if (explanation.kind == ExplanationKind::limit) {
     return fmt::format(
         "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times as "
         "much on unseen data; record smaller amplitudes{}.",

@@ -9,17 +9,21 @@
 
 namespace eha::ident {
 
-/// A structure beside those of a table whose fit to the same record holds, and explains what a model leaves over.
-struct Explanation {
-  std::string has;  ///< what it has more: "dry friction", "3 poles and 2 zeros", or the limits of the input
-  /// Of `eha fit`: "--model friction". The input saturates, which no structure has: "--from 12 --to 48", a part within
-  /// its limits; empty without one that is long enough.
-  std::string options;
-  std::string ratio;  ///< its rms error on unseen data over the model's: "0.064"
+enum class ExplanationKind {
+  structure,  ///< one beside those of the table
+  limit,      ///< the input saturates, which no structure has
+  power,      ///< the gain is curved, which no structure has
 };
 
-/// Whether no structure has what explains the rest, as the input saturates.
-[[nodiscard]] bool is_saturation(const Explanation& explanation);
+/// What explains the rest that a model leaves over: a fit of it to the same record holds.
+struct Explanation {
+  ExplanationKind kind = ExplanationKind::structure;
+  /// What it has more: "dry friction", "3 poles and 2 zeros"; the limits of the input, or its power.
+  std::string has;
+  /// Of `eha fit`: "--model friction"; of a limit "--from 12 --to 48", a part of the record within it. Empty without.
+  std::string options;
+  std::string ratio = {};  ///< its rms error on unseen data over the model's: "0.064"
+};
 
 /// Keeps it in the model's provenance, for its verdict and for the next command.
 void note_explanation(Model& model, const Explanation& explanation);

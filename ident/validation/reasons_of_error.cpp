@@ -160,7 +160,15 @@ std::string Reasons::low_r2(const Criterion& c) const {
 }
 
 std::string Reasons::against_explanation() const {
-  return is_saturation(*explanation_) ? "record as said above." : "fit that structure.";
+  switch (explanation_->kind) {
+    case ExplanationKind::structure:
+      return "fit that structure.";
+    case ExplanationKind::limit:
+      return "record as said above.";
+    case ExplanationKind::power:
+      return "fit that power as said above.";
+  }
+  return {};
 }
 
 std::optional<double> Reasons::measured_noise() const {
@@ -181,7 +189,8 @@ std::string Reasons::greater_amplitudes() const {
 bool Reasons::asks_for_smaller_amplitudes() const {
   const bool stands_at_an_end =
       fails_any(verdict_, {Kind::saturated, Kind::far_saturated}) || (model_.validation && model_.validation->end_stop);
-  return (stands_at_an_end && greater_amplitudes().empty()) || (explanation_ && is_saturation(*explanation_));
+  return (stands_at_an_end && greater_amplitudes().empty()) ||
+         (explanation_ && explanation_->kind == ExplanationKind::limit);
 }
 
 bool Reasons::drifts_in_gain() const {

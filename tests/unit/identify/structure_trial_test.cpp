@@ -158,6 +158,29 @@ TEST(StructureTrial, NamesALimitOfTheInputByItsSize) {
       << model.verdict->reasons.front();
 }
 
+TEST(StructureTrial, NamesThePowerOfACurvedGain) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  for (const double power : {0.5, 2.0}) {
+    const Eigen::VectorXd input = levels(5.0, 2);
+    const Eigen::VectorXd curved =
+        input.unaryExpr([&](double u) { return std::copysign(std::pow(std::abs(u), power), u); });
+    Source source = record_of(lag, curved);
+    source.record.input = input;
+    for (const ident::Structure& structure :
+         {ident::structures::io1(), ident::structures::behind_valve(ident::structures::io1())}) {
+      const ident::Model model = model_of(source, structure);
+      const auto explained = ident::explanation(model);
+      ASSERT_TRUE(explained) << power;
+      EXPECT_EQ(explained->kind, ident::ExplanationKind::power);
+      EXPECT_NEAR(std::stod(explained->has), power, 0.06 * power);
+      EXPECT_LT(std::stod(explained->ratio), 0.2);
+      EXPECT_TRUE(
+          model.verdict->reasons.front().starts_with("The plant's gain is curved: behind the power sign(u) |u|^"))
+          << model.verdict->reasons.front();
+    }
+  }
+}
+
 TEST(StructureTrial, FindsALimitBetweenTheLevelsOfTheInput) {
   const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
   const Eigen::VectorXd few = 1.4 * (levels(5.0, 2).array() / 1.4).round();
@@ -179,7 +202,7 @@ TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
   const ident::Model model = model_of(source, ident::structures::io1());
   const auto explained = ident::explanation(model);
   ASSERT_TRUE(explained);
-  EXPECT_TRUE(ident::is_saturation(*explained));
+  EXPECT_EQ(explained->kind, ident::ExplanationKind::limit);
   ASSERT_TRUE(explained->options.starts_with("--from ")) << explained->options;
   EXPECT_NEAR(std::stod(explained->options.substr(7)), record.start_s + static_cast<double>(from) * record.step_s, 1.0);
   const std::string& first = model.verdict->reasons.front();

@@ -69,8 +69,44 @@ TEST(LoopInRecord, IsSeenWhereTheNoiseGoesRoundIt) {
     for (const double gain : {2.0, 4.0}) {
       const auto found = loop_in_record(loop_record_of(loop(gain), 0.1, draw));
       ASSERT_TRUE(found.has_value()) << seed;
-      EXPECT_LT(*found, -0.5);
+      EXPECT_LT(found->correlation, -0.5);
     }
+  }
+}
+
+TEST(LoopInRecord, IsQuietWhereItsReferenceMakesMostOfTheInput) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::mt19937_64 draw(seed);
+    const Eigen::VectorXd reference = levels(100, draw);
+    double way = 0.0;
+    const auto loop = [&](Eigen::Index k, double y) {
+      way += std::clamp(reference[k] - way, -0.02, 0.02);
+      return 8.0 * (way - y);
+    };
+    const auto found = loop_in_record(loop_record_of(loop, 0.003, draw));
+    ASSERT_TRUE(found.has_value()) << seed;
+    EXPECT_TRUE(found->is_quiet) << seed;
+    EXPECT_LT(found->correlation, -0.8) << seed;
+  }
+}
+
+TEST(LoopInRecord, IsSeenWhereTheLoadMovesTheRodAndTheReferenceStands) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    std::mt19937_64 draw(seed);
+    const Eigen::VectorXd load = levels(200, draw);
+    double sum = 0.0;
+    double command = 0.0;
+    Record record = loop_record_of(
+        [&](Eigen::Index k, double y) {
+          sum += 0.05 * (1.0 - y);
+          command = 3.0 * (1.0 - y) + sum;
+          return command + load[k];
+        },
+        0.003, draw);
+    record.input -= load;  // the logger has the command, and the load is not recorded
+    const auto found = loop_in_record(record);
+    ASSERT_TRUE(found.has_value()) << seed;
+    EXPECT_LT(found->correlation, -0.9) << seed;
   }
 }
 

@@ -300,7 +300,7 @@ TEST(VerdictAdvice, SaysFirstAndAloneWhatExplainsTheError) {
   model.validation->tests->whiteness.p = 1e-9;
   model.validation->score.r2_percent = 50.0;
   model.validation->ccf.values = {0.0, 0.0, 0.01, 0.02};
-  note_explanation(model, {"3 poles and 2 zeros", "--model io --poles 3 --zeros 2", "0.06"});
+  note_explanation(model, {.has = "3 poles and 2 zeros", .options = "--model io --poles 3 --zeros 2", .ratio = "0.06"});
   const std::vector<std::string> reasons = judge(model, {}, {.beside_ladder = true}).reasons;
   ASSERT_EQ(reasons.size(), 2U);
   EXPECT_TRUE(
@@ -310,7 +310,7 @@ TEST(VerdictAdvice, SaysFirstAndAloneWhatExplainsTheError) {
   EXPECT_TRUE(reasons[1].ends_with("; fit that structure.")) << reasons[1];
   EXPECT_EQ(judge(good_model(), {}).reasons.size(), 0U);
   Model good = good_model();
-  note_explanation(good, {"3 poles and 2 zeros", "--model io --poles 3 --zeros 2", "0.06"});
+  note_explanation(good, {.has = "3 poles and 2 zeros", .options = "--model io --poles 3 --zeros 2", .ratio = "0.06"});
   EXPECT_TRUE(judge(good, {}).reasons.empty()) << "nothing is left to explain";
   forget_explanation(model);
   EXPECT_EQ(judge(model, {}).reasons.front().find("--poles 3"), std::string::npos);
