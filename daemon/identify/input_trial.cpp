@@ -10,14 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/error.hpp"
-#include "core/time_text.hpp"
+#include "daemon/identify/clipped_input_trial.hpp"
 #include "daemon/identify/exchange_check.hpp"
 #include "daemon/identify/judging.hpp"
-#include "daemon/identify/thread_executor.hpp"
-#include "ident/estimation/prepared_record.hpp"
+#include "daemon/identify/refit.hpp"
 #include "ident/model/parameter_text.hpp"
-#include "ident/signal/clipped_input.hpp"
 #include "ident/signal/frozen_input.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -29,18 +26,12 @@ using Eigen::Index;
 using Kind = ident::CriterionKind;
 
 constexpr Index kMostRowsOfTrial = 1'000'000;
-constexpr Index kMostTriedRows = 20'000;  // from the first on, which tell what the others would
 constexpr std::array<std::string_view, 4> kSimpleBases{"integrator_lag_valve", "io_valve", "integrator_lag", "io"};
 constexpr std::size_t kMostBasesTried = 2;
 constexpr std::array<Index, 6> kShifts{1, 2, 4, 8, 16, 32};  // rows
 constexpr double kMostShifted = 0.05;                        // of its rows, for a shift
 constexpr double kLessByShift = 0.5;                         // of the error
 constexpr double kLessWithoutFrozen = 0.5;                   // of the error
-constexpr double kLessByBridges = 0.5;                       // of the error
-constexpr std::array kBridgeScales{0.7, 1.0, 1.4};
-constexpr double kLongPartOfRecord = 0.2;  // of the record, that a fit of a part without clipped rows needs
-
-double rms_error_of(const ident::Model& model) { return std::sqrt(model.estimation->score.mse); }
 
 /// The simple models of a table, those that err least, and the one that stands first in it.
 std::vector<const IdentifiedModel*> bases_of(const Identification& identification) {
@@ -61,62 +52,10 @@ std::vector<const IdentifiedModel*> bases_of(const Identification& identificatio
   return bases;
 }
 
-/// Whether a model leaves something over that an input column may have made.
-bool misses_something(const ident::Model& model) {
-  return !model.verdict ||
-         ident::fails_any(*model.verdict,
-                          {Kind::r2, Kind::residual_input, Kind::residual_whiteness, Kind::nonlinearity,
-                           Kind::future_input, Kind::predicted_error, Kind::residual_drift, Kind::jump,
-                           Kind::error_over_estimating, Kind::error_over_noise, Kind::far_error_over_noise});
-}
-
-/// Least rms error of the structures fitted to another record, from where they were found; none where it allows none.
-struct Refit {
-  double error = 0.0;
-  std::string name = {};
-  ident::Model model = {};
-};
-
-std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& bases, const ident::Record& record,
-                                    ident::FitOptions options) {
-  options.intervals = ident::IntervalMethod::straight;
-  options.search = ident::Search::nearest;
-  options.reported = ident::Reported::score;
-  // What is wrong with a column may lie in the part that judges.
-  options.split = 1.0;
-  std::optional<Refit> best;
-  for (const IdentifiedModel* base : bases) {
-    try {
-      const ident::PreparedRecord prepared(record, options);
-      const ident::Model model =
-          ident::fit(prepared, base->structure, options, thread_executor(), {base->result.model}).model;
-      if (!model.estimation) continue;
-      if (!best || rms_error_of(model) < best->error) best = Refit{rms_error_of(model), base->structure.name, model};
-    } catch (const DataError&) {
-      continue;  // this structure cannot be fitted to it
-    }
-  }
-  return best;
-}
-
-/// These rows of a record.
-ident::Record rows_of(const ident::Record& record, Index first, Index count) {
-  ident::Record found = record;
-  found.input = record.input.segment(first, count);
-  found.output = record.output.segment(first, count);
-  found.unmeasured =
-      ident::rows_within(record.unmeasured, static_cast<std::size_t>(first), static_cast<std::size_t>(count));
-  return found;
-}
-
-ident::Record tried_rows(const ident::Record& record, Index parts) {
-  return rows_of(record, 0, std::min<Index>(record.input.size(), kMostTriedRows * parts));
-}
-
 /// The record whose rows have the input of so many rows later.
 ident::Record with_later_input(const ident::Record& record, Index rows) {
   const Index count = record.input.size() - rows;
-  ident::Record found = rows_of(record, 0, count);
+  ident::Record found = rows_from(record, 0, count);
   found.input = record.input.tail(count);
   return found;
 }
@@ -185,41 +124,6 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
   return LateInput{std::move(wrong), best->model.estimation->score.r2_percent};
 }
 
-/// Stretches of a record, first and last row.
-using Stretches = std::vector<std::pair<Index, Index>>;
-
-std::string time_at(const ident::Record& record, Index row) {
-  return time_text(record.start_s + static_cast<double>(row) * record.step_s);
-}
-
-/// First row and the row behind the last of the longest part without these stretches; none where it is short.
-std::optional<std::pair<Index, Index>> longest_without(const Stretches& stretches, Index rows) {
-  Index begin = 0;
-  Index first = 0;
-  Index behind = 0;
-  const auto take = [&](Index end) {
-    if (end - begin <= behind - first) return;
-    first = begin;
-    behind = end;
-  };
-  for (const auto& [from, to] : stretches) {
-    take(from);
-    begin = to + 1;
-  }
-  take(rows);
-  if (static_cast<double>(behind - first) < kLongPartOfRecord * static_cast<double>(rows)) return std::nullopt;
-  return std::pair{first, behind};
-}
-
-/// "--from 12.5 --to 48.2"
-std::string cut_to(const std::pair<Index, Index>& part, const ident::Record& record) {
-  std::string options = part.first > 0 ? "--from " + time_at(record, part.first) : "";
-  if (part.second < record.input.size()) {
-    options += (options.empty() ? "--to " : " --to ") + time_at(record, part.second - 1);
-  }
-  return options;
-}
-
 /// Root mean square of the output's steps.
 double motion_of(const ident::Record& record) {
   const Index steps = record.output.size() - 1;
@@ -278,7 +182,7 @@ std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
   const Stretches stretches = ident::frozen_input(record.input, record.output);
   const auto part = stretches.empty() ? std::nullopt : longest_without(stretches, record.input.size());
   if (!part) return std::nullopt;
-  const ident::Record without = rows_of(record, part->first, part->second - part->first);
+  const ident::Record without = rows_from(record, part->first, part->second - part->first);
   const std::optional<Refit> given = least_error_of(bases, record, task.options);
   const std::optional<Refit> found = least_error_of(bases, without, task.options);
   if (!given || !found) return std::nullopt;
@@ -289,42 +193,6 @@ std::optional<WrongInput> of_frozen_input(const IdentificationTask& task,
   return WrongInput{
       fmt::format("{}; cut with {}, or mend the logger and record again", frozen_text(stretches, record), options),
       options};
-}
-
-/// "-2.5 or 2.5 V": where a clipped input stands.
-std::string ends_text(const ident::ClippedInput& ends, const ident::Record& record) {
-  const std::string unit = ident::after_number(record.input_channel.unit);
-  return ends.greatest && ends.least ? fmt::format("{:.4g} or {:.4g}{}", *ends.least, *ends.greatest, unit)
-                                     : fmt::format("{:.4g}{}", ends.greatest.value_or(ends.least.value_or(0.0)), unit);
-}
-
-std::optional<WrongInput> of_clipped_input(const Source& source, const IdentificationTask& task,
-                                           const std::vector<const IdentifiedModel*>& bases) {
-  if (source.intersample != ident::Intersample::held) return std::nullopt;
-  const ident::Record& record = task.record;
-  const auto ends = ident::clipped_input(record.input);
-  if (!ends) return std::nullopt;
-  const ident::Record tried = tried_rows(record, 1);
-  const std::optional<Refit> given = least_error_of(bases, tried, task.options);
-  std::optional<Refit> best;
-  for (const double scale : kBridgeScales) {
-    ident::Record mended = tried;
-    mended.input = ident::bridged(record.input, *ends, scale).head(tried.input.size());
-    const std::optional<Refit> found = least_error_of(bases, mended, task.options);
-    if (found && (!best || found->error < best->error)) best = found;
-  }
-  if (!given || !best || !(best->error <= kLessByBridges * given->error)) return std::nullopt;
-  const std::string at = ends_text(*ends, record);
-  const auto without = longest_without(ends->runs, record.input.size());
-  const std::string part = without ? cut_to(*without, record) : std::string();
-  return WrongInput{
-      fmt::format(
-          "The input's column is clipped: {:.2g} % of the rows stand exactly at {}, and with an input that goes "
-          "on smoothly beyond {} errs {} times as much: the plant got more than was recorded, and gain and map "
-          "come out wrong; record again with a wider range of the logger, or with a smaller input{}",
-          ends->percent, at, best->name, ident::figure_text(best->error / given->error),
-          part.empty() ? std::string() : fmt::format(", or fit the longest part without such rows ({})", part)),
-      part};
 }
 
 std::optional<WrongInput> of_moved_rows(const Source& source, const IdentificationTask& task,
@@ -398,22 +266,6 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
     return exchanged_columns(source, *other, "the output comes before the input");
   }
   return late->wrong;
-}
-
-std::string may_be_clipped(const Source& source, const IdentificationTask& task, const Identification& identification) {
-  if (source.run_folder || source.is_of_run || is_loop_noted(identification) ||
-      source.intersample != ident::Intersample::held) {
-    return {};
-  }
-  const IdentifiedModel* first = recommended_model(identification);
-  if (first != nullptr && !misses_something(first->result.model)) return {};
-  const auto ends = ident::clipped_input(task.record.input);
-  if (!ends) return {};
-  return fmt::format(
-      "the input stands exactly at {} for {:.2g} % of the rows, as where the range of a logger cuts it off. What the "
-      "plant got beyond is not recorded then: gains come out too great, and dry friction, play or a dead time are told "
-      "that are none; record with a wider range of the logger. Of a command that is limited there that is no fault",
-      ends_text(*ends, task.record), ends->percent);
 }
 
 std::optional<WrongInput> lost_input(const Source& source) {

@@ -17,7 +17,7 @@ struct WrongInput {
 
 /// Asks whether input and output are exchanged (exchanged_fit()). Else fits the best of the simple models again behind
 /// an input as it may have been: some rows earlier, without the part where it froze (ident::frozen_input()), and, where
-/// it stands exactly at its ends (ident::clipped_input()), going on beyond them; of rows that were moved, as if they
+/// it stands exactly at its ends, going on beyond them (of_clipped_input()); of rows that were moved, as if they
 /// had been sampled evenly. An input that is right errs more that way, whatever else its model lacks.
 /// @returns what errs clearly less than every given model and, of a shift, than an input that is straight between the
 /// rows; none of a run, whose input is known, of a record in closed loop, where the first model passes every check, and
@@ -27,11 +27,6 @@ struct WrongInput {
 [[nodiscard]] std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
                                                     const Identification& identification,
                                                     const Progress& progress = {});
-
-/// That the input of a file stands exactly at its ends (ident::clipped_input()) beside a first model that misses
-/// something, where no trial tells whether the plant got more; empty otherwise. Cost O(N).
-[[nodiscard]] std::string may_be_clipped(const Source& source, const IdentificationTask& task,
-                                         const Identification& identification);
 
 /// A wrong input by the record alone, before any fit: the input keeps one value over a tenth of the record and more
 /// while the output goes on (ident::frozen_input()), or is plain noise in which the output has no part. None of a run

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
+#include <vector>
 
 #include "ident/signal/kept_values.hpp"
 
@@ -19,7 +21,54 @@ constexpr double kMostRepeatsBeside = 0.1;   // of the rows beside the runs
 constexpr double kGreatestMove = 0.25;       // of the range, from row to row: beyond it the input jumps
 constexpr Index kSlopeRows = 3;
 
+constexpr std::size_t kFewestHolds = 20;
+constexpr double kLeastAtEnd = 0.1;     // of the holds, or of the rows
+constexpr double kLeastDistinct = 0.9;  // of the levels elsewhere
+
 }  // namespace
+
+std::optional<ClippedInput> clipped_levels(const Eigen::VectorXd& input) {
+  const Index rows = input.size();
+  if (rows < kFewestClippedRows || !input.allFinite()) return std::nullopt;
+  const double greatest = input.maxCoeff();
+  const double least = input.minCoeff();
+  if (!(least < greatest)) return std::nullopt;
+  ClippedInput found;
+  std::vector<double> elsewhere;
+  std::size_t at_greatest = 0;
+  std::size_t at_least = 0;
+  Index clipped = 0;
+  each_kept_value(input, [&](Index first, Index last) {
+    const double value = input[first];
+    const bool is_greatest = is_same_value(value, greatest);
+    if (!is_greatest && !is_same_value(value, least)) {
+      elsewhere.push_back(value);
+      return;
+    }
+    ++(is_greatest ? at_greatest : at_least);
+    found.runs.emplace_back(first, last);
+    clipped += last - first + 1;
+  });
+  const auto holds = static_cast<double>(elsewhere.size() + found.runs.size());
+  const auto is_often = [&](std::size_t count) { return count > 2; };
+  if (is_often(at_greatest)) found.greatest = greatest;
+  if (is_often(at_least)) found.least = least;
+  if (!found.greatest && !found.least) return std::nullopt;
+  if (elsewhere.size() < kFewestHolds / 2 || holds < static_cast<double>(kFewestHolds) ||
+      (static_cast<double>(at_greatest + at_least) < kLeastAtEnd * holds &&
+       static_cast<double>(clipped) < kLeastAtEnd * static_cast<double>(rows))) {
+    return std::nullopt;
+  }
+  std::sort(elsewhere.begin(), elsewhere.end());
+  const auto distinct = std::unique(elsewhere.begin(), elsewhere.end(), is_same_value) - elsewhere.begin();
+  if (static_cast<double>(distinct) < kLeastDistinct * static_cast<double>(elsewhere.size())) return std::nullopt;
+  std::erase_if(found.runs, [&](const auto& run) {
+    const double value = input[run.first];
+    return !(found.greatest && is_same_value(value, greatest)) && !(found.least && is_same_value(value, least));
+  });
+  found.percent = 100.0 * static_cast<double>(clipped) / static_cast<double>(rows);
+  return found;
+}
 
 std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input) {
   const Index rows = input.size();

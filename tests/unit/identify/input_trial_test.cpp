@@ -11,6 +11,7 @@
 #include <string>
 
 #include "ident/excitation/portable_draw.hpp"
+#include "ident/fractional/simulate.hpp"
 #include "ident/structure/structures.hpp"
 #include "tests/unit/identify/made_axis.hpp"
 
@@ -105,6 +106,34 @@ TEST(InputTrial, FindsARangeOfTheLoggerThatEndsBeforeTheCommand) {
   EXPECT_NE(first_reason(found).find("exactly at -2 or 2 V"), std::string::npos) << first_reason(found);
   EXPECT_EQ(found.recommendation.model, "") << "not graded as if sound";
   EXPECT_EQ(found.models.front().result.model.verdict->grade, ident::Grade::rejected);
+}
+
+TEST(InputTrial, FindsLevelsThatTheLoggerCutOff) {
+  ident::PortableDraw draw(12);
+  VectorXd command(kRows);
+  for (Index k = 0; k < kRows; ++k) command[k] = k % 25 == 0 ? 6.0 * draw.uniform() - 3.0 : command[k - 1];
+  const VectorXd limited = command.cwiseMax(-2.0).cwiseMin(2.0);
+  const auto answer = [&](const VectorXd& input) {
+    VectorXd output = ident::simulate({{{1.7, 0.0}}, {{0.3, 1.0}, {1.0, 0.0}}, 0.0}, input, kRow_s);
+    for (double& y : output) y += 0.005 * draw.normal();
+    return output;
+  };
+  const auto lag_of = [&](const VectorXd& output) {
+    IdentificationTask task = task_of(record_of(limited, output));
+    ident::StructureOptions structure;
+    structure.name = "io1";
+    structure.structure = ident::structures::io1();
+    task.structures.push_back(structure);
+    return identify(record_of(limited, output), task, {}, {});
+  };
+  const Identification found = lag_of(answer(command));
+  EXPECT_NE(first_reason(found).find("The input's column is clipped: "), std::string::npos) << first_reason(found);
+  EXPECT_NE(first_reason(found).find("with levels that follow from the output"), std::string::npos)
+      << first_reason(found);
+  EXPECT_EQ(found.recommendation.model, "") << "not graded as if sound";
+  const Identification sound = lag_of(answer(limited));
+  EXPECT_EQ(first_reason(sound).find("clipped"), std::string::npos) << first_reason(sound);
+  EXPECT_FALSE(sound.recommendation.model.empty()) << "a command that is limited is no fault";
 }
 
 /// Values between the rows, up to 0.4 of one early or late, as a resampling of time stamps that scatter makes them.
