@@ -335,6 +335,9 @@ ExitCode execute(const CompareCommand& given, Console& console) {
     }
     std::vector<identify::ScoredModel> scored =
         without_own_record(identify::score_models(models, each, console.progress_callback()), models, sources.front());
+    const auto drifting =
+        std::find_if(scored.begin(), scored.end(), [](const auto& one) { return !one.drift.empty(); });
+    if (drifting != scored.end()) console.warning(fmt::format("{}: {}", sources.front().name, drifting->drift));
     // Of the first that does not follow the record: one file, one cause.
     for (std::size_t i = 0; i < scored.size() && !exchange; ++i) {
       const auto other = identify::exchanged_fit(*each[i], {}, scored[i]);

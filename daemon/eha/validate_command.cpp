@@ -50,6 +50,8 @@ estimated anew, and the residual's correlations. SOURCE is a run folder or a fil
 model was estimated, or --intersample.
 Fits the model's structure to the record as well, as `eha compare` does: a model whose parameters differ from that fit's
 and whose error is more than 1.5 times its error, and that on its own record, is of another plant, and rejected.
+Where the model errs more than on its own record and a straight line explains that, the line is taken out of the
+record's output first, as `eha fit` does, and said.
 Exit code 0: accepted; 3: rejected.
 
 Examples:
@@ -208,6 +210,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   } catch (const DataError& error) {
     throw DataError(fmt::format("{}: {}", command.source, error.what()));
   }
+  if (!scored_here.drift.empty()) console.warning(scored_here.drift);
   const ident::ValidationReport& validation = scored_here.validation;
   // One statement of one model: what its own record shows is said with what this one does.
   const bool beside_ladder = model.verdict && model.verdict->beside_ladder;
@@ -248,6 +251,7 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (scored_here.change) document["change"] = change_json(*scored_here.change, model);
   if (exchanged) document["exchanged"] = {{"model", exchanged->name}, {"r2_percent", exchanged->r2_percent}};
   if (!silent.empty()) document["cannot_judge"] = silent;
+  if (!scored_here.drift.empty()) document["drift"] = scored_here.drift;
   if (!can_tell) document["cannot_tell"] = scored_here.cannot_tell;
   const auto& gain = scored_here.other_gain;
   if (gain) document["other_gain"] = {{"ratio", gain->ratio}, {"rms_error", gain->rms_error}};

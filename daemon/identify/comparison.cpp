@@ -16,6 +16,7 @@
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/identify/trend.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/uncertainty/usable_band.hpp"
@@ -389,10 +390,7 @@ std::string other_length(const ident::Model& before, const Source& first, const 
                    (after_s < before_s ? first : source).name);
 }
 
-}  // namespace
-
-RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
-  const std::vector<Source> sources = in_units_of_first(recorded);
+RunComparison compared(const std::vector<Source>& sources, const Progress& progress) {
   const Source& first = sources.front();
   RunComparison comparison;
   const std::vector<ident::FitOptions> options = of_one_step(sources, comparison.notes);
@@ -469,6 +467,24 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
       run.cannot_tell = other_length(before.fit.model, first, run.fit.model, sources[i]);
     }
   }
+  return comparison;
+}
+
+}  // namespace
+
+RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
+  std::vector<Source> sources = in_units_of_first(recorded);
+  RunComparison comparison = compared(sources, progress);
+  std::vector<std::string> drifts;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (ident::leaves_plain_noise(comparison.runs[i].fit.model)) continue;
+    if (const std::string drift = take_trend_out(sources[i]); !drift.empty()) {
+      drifts.push_back(fmt::format("{}: {}", sources[i].name, drift));
+    }
+  }
+  if (drifts.empty()) return comparison;
+  comparison = compared(sources, progress);
+  comparison.notes.insert(comparison.notes.begin(), drifts.begin(), drifts.end());
   return comparison;
 }
 

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "daemon/identify/compared_records.hpp"
 #include "daemon/identify/thread_executor.hpp"
+#include "daemon/identify/trend.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/model/record_start.hpp"
 #include "ident/validation/verdict.hpp"
@@ -21,6 +22,7 @@ namespace {
 
 constexpr double kMostBesideGain = 0.5;           // of the error, left over beside the gain that explains it
 constexpr double kFollowsNothing_percent = 20.0;  // of R2
+constexpr double kLessWithoutDrift = 0.7;         // of the error
 constexpr double kFollows_percent = 80.0;         // the same, on the model's own record
 constexpr double kFarError = 3.0;  // times the usual error: beyond what such a shift makes, 2.5 on the simulated rig
 
@@ -118,14 +120,28 @@ void compare_with_refit(ScoredModel& scored, const ident::Model& model, const So
   scored.of_another_plant = false;
 }
 
-ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,
-                   const ident::FitProgress& progress) {
+ScoredModel scored_as_recorded(const ident::Model& model, const Source& source, const ident::FitOptions& options,
+                               double level, const ident::FitProgress& progress) {
   ScoredModel one;
   one.validation = ident::validate(model, source.record, options);
   one.output = ident::output_of(model, source.record, options);
   one.rms_error = std::sqrt(one.validation.offset_reestimated.value_or(one.validation.score).mse);
   compare_with_refit(one, model, source, options, level, progress);
   return one;
+}
+
+/// Without the drift of the record, where the model errs clearly more than on its own record, and less without it.
+ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,
+                   const ident::FitProgress& progress) {
+  ScoredModel one = scored_as_recorded(model, source, options, level, progress);
+  if (!(one.rms_error > ident::kGreatestErrorOverRefit * own_rms_error(model))) return one;
+  Source straight = source;
+  std::string drift = take_trend_out(straight);
+  if (drift.empty()) return one;
+  ScoredModel other = scored_as_recorded(model, straight, options, level, progress);
+  if (!(other.rms_error < kLessWithoutDrift * one.rms_error)) return one;
+  other.drift = std::move(drift);
+  return other;
 }
 
 /// What speaks against a model of less error would hide in that of the others.

@@ -33,6 +33,8 @@ struct ScoredModel {
   /// Of those, what speaks against the model: far more error than on its own record, or more than a model that
   /// does not suit the record. One of another input or length only may be used.
   bool is_doubtful = false;
+  /// That a drift was taken out of the record's output; empty: none was.
+  std::string drift = {};
 };
 
 /// "a gain 0.45 % greater alone takes the error from 0.0031 to 0.0008 in: ..." @param scored  with `other_gain`

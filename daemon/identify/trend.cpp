@@ -30,6 +30,7 @@ namespace {
 constexpr int kMostRounds = 6;
 constexpr double kStays = 0.02;          // of the interval's half width
 constexpr double kLessThanModel = 0.7;   // of the error on unseen data, beside a model that is recommended
+constexpr double kLessThanJump = 0.42;   // of the error: a line takes half of a jump away
 constexpr double kShownOverWidth = 2.0;  // the line over that half width
 
 /// Takes a line out of an output; it is 0 in the middle of the record.
@@ -104,6 +105,59 @@ std::optional<Trend> trend_of(const IdentificationTask& task) {
   return is_shown ? std::optional(found) : std::nullopt;
 }
 
+namespace {
+
+/// The line as the model's file keeps it and as a user reads it.
+struct TrendText {
+  std::string line;   ///< in the record's unit
+  std::string drift;  ///< "the output drifts by 3 mm over the record: a straight line of ... was taken out of it"
+};
+
+TrendText text_of(const Trend& trend, const ident::Record& record, const std::string& units) {
+  const std::string& own_unit = record.output_channel.unit;
+  const auto line = [&](double factor, const std::string& unit) {
+    return fmt::format("{} +- {:.2g}{}/s", ident::rounded_to(factor * trend.per_s, factor * trend.half_width),
+                       factor * trend.half_width, ident::after_number(unit));
+  };
+  const DisplayUnit shown(units);
+  const double factor = shown.factor(own_unit);
+  const double length_s = record.step_s * static_cast<double>(record.output.size() - 1);
+  return {line(1.0, own_unit),
+          fmt::format("the output drifts by {:.3g}{} over the record: a straight line of {} was taken out of it",
+                      factor * trend.per_s * length_s, ident::after_number(shown.of(own_unit)),
+                      line(factor, shown.of(own_unit)))};
+}
+
+constexpr const char* kCheckSensor = "the sensor, the supply or the temperature may have drifted: check them";
+
+}  // namespace
+
+std::string take_trend_out(Source& source) {
+  const IdentificationTask task = task_of(source);
+  const std::optional<Trend> trend = trend_of(task);
+  if (!trend) return {};
+  ident::Record straight = source.record;
+  take_out(trend->per_s, straight);
+  ident::StructureOptions plant;
+  plant.structure = ident::structures::io();
+  ident::FitOptions options = task.options;
+  options.split = 1.0;
+  options.intervals = ident::IntervalMethod::straight;
+  try {
+    const ident::Model with = ident::fit(source.record, plant, options, thread_executor()).model;
+    const ident::Model without = ident::fit(straight, plant, options, thread_executor()).model;
+    const double length_s = straight.step_s * static_cast<double>(straight.output.size() - 1);
+    if (slowest_pole_s(without) > length_s || !with.estimation || !without.estimation ||
+        !(without.estimation->score.mse < kLessThanJump * kLessThanJump * with.estimation->score.mse)) {
+      return {};
+    }
+  } catch (const Error&) {
+    return {};
+  }
+  source.record = std::move(straight);
+  return fmt::format("{}; {}", text_of(*trend, source.record, source.units).drift, kCheckSensor);
+}
+
 std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const Identification& identification,
                                           const FitTask& fit) {
   if (task.options.procedure == ident::Procedure::paper) return std::nullopt;
@@ -127,19 +181,10 @@ std::optional<WithoutTrend> without_trend(const IdentificationTask& task, const 
   if (!trend) return std::nullopt;
   WithoutTrend found{.record = task.record, .trend = {}, .sentence = {}, .identification = {}};
   take_out(trend->per_s, found.record);
-  const std::string& own_unit = task.record.output_channel.unit;
-  const auto line = [&](double factor, const std::string& unit) {
-    return fmt::format("{} +- {:.2g}{}/s", ident::rounded_to(factor * trend->per_s, factor * trend->half_width),
-                       factor * trend->half_width, ident::after_number(unit));
-  };
-  found.trend = line(1.0, own_unit);
-  const DisplayUnit shown(task.units);
-  const double factor = shown.factor(own_unit);
+  const TrendText text = text_of(*trend, task.record, task.units);
+  found.trend = text.line;
+  found.sentence = fmt::format("{}, and the models describe the plant beside it; {}", text.drift, kCheckSensor);
   const double length_s = task.record.step_s * static_cast<double>(task.record.output.size() - 1);
-  found.sentence = fmt::format(
-      "the output drifts by {:.3g}{} over the record: a straight line of {} was taken out of it, and the models "
-      "describe the plant beside it; the sensor, the supply or the temperature may have drifted: check them",
-      factor * trend->per_s * length_s, ident::after_number(shown.of(own_unit)), line(factor, shown.of(own_unit)));
   IdentificationTask straight = with_record(task, found.record);
   straight.trend = found.trend;
   straight.remarks.push_back(found.sentence);

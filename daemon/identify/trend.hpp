@@ -20,6 +20,12 @@ struct Trend {
 /// Cost: some five local fits of one structure.
 [[nodiscard]] std::optional<Trend> trend_of(const IdentificationTask& task);
 
+/// Takes the straight line out of a record's output where one shows and a plant of two poles errs clearly less without
+/// it, and does not integrate over the record: such a plant makes the line of a constant input.
+/// @returns that it was taken out, for the user; empty: none was
+/// Cost: trend_of() and two fits of that plant.
+[[nodiscard]] std::string take_trend_out(Source& source);
+
 /// A record without its trend, and what is identified from it.
 struct WithoutTrend {
   ident::Record record;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "daemon/identify/comparison.hpp"
+#include "daemon/identify/scored_model.hpp"
 #include "ident/excitation/portable_draw.hpp"
 #include "ident/fractional/simulate.hpp"
 #include "ident/validation/slow_pair.hpp"
@@ -67,6 +69,29 @@ TEST(Trend, IsTakenOutWhereADriftLeavesNoModel) {
     }
   }
   EXPECT_GE(taken_out, 1);
+}
+
+TEST(Trend, IsTakenOutOfRecordsThatAreCompared) {
+  const Source before = lag_with_drift(0.0, 1);
+  const Source after = lag_with_drift(3.0, 2);
+  const RunComparison comparison = compare_runs({before, after});
+  EXPECT_FALSE(comparison.runs[1].change->changed);
+  EXPECT_TRUE(first_model_holds(comparison.runs[1]));
+  ASSERT_FALSE(comparison.notes.empty());
+  EXPECT_TRUE(comparison.notes.front().starts_with("drift.csv: the output drifts by 3 mm over the record"))
+      << comparison.notes.front();
+  const ScoredModel scored = score_models({comparison.runs[0].fit.model}, after).front();
+  EXPECT_TRUE(scored.drift.starts_with("the output drifts by 3 mm over the record")) << scored.drift;
+  EXPECT_LT(scored.rms_error, 0.006);
+  EXPECT_FALSE(scored.of_another_plant);
+}
+
+TEST(Trend, IsNotThatOfASensorThatSlipped) {
+  for (const double at : {0.3, 0.5, 0.7}) {
+    Source slipped = lag_with_drift(0.0, 3);
+    slipped.record.output.tail(static_cast<Eigen::Index>((1.0 - at) * 1200.0)).array() += 0.5;
+    EXPECT_EQ(take_trend_out(slipped), "") << at;
+  }
 }
 
 TEST(Trend, LeavesASoundRecordAlone) {
