@@ -24,6 +24,7 @@ constexpr double kBeyondEdge_V = 0.05;  // beyond the edge and half a block's ra
 /// Of the greatest opening. Below it an opening valve has not yet moved the cylinder's pressures from those of the
 /// other direction, and the rod lags.
 constexpr double kOpeningShare = 0.5;
+constexpr double kLateOpeningShare = 0.8;
 constexpr double kBeyondPlay = 1.3;
 constexpr int kRounds = 8;
 constexpr std::size_t kFewestBlocks = 8;
@@ -129,7 +130,7 @@ bool has_both_sweeps(const std::vector<Block>& blocks, double direction) {
                   direction > 0.0 ? "extending" : "retracting", why));
 }
 
-Line measured_line(const std::vector<Block>& blocks, double direction) {
+Line measured_line(const std::vector<Block>& blocks, double direction, double opening_share) {
   double fastest = 0.0;
   double highest_V = -1e9;
   for (const Block& block : blocks) {
@@ -149,7 +150,7 @@ Line measured_line(const std::vector<Block>& blocks, double direction) {
       const double opening_V = direction * block.command_V - line.edge_V;
       const double least_V = kBeyondEdge_V + 0.5 * block.range_V;
       const bool settled =
-          opening_sign(block, direction) < 0.0 || opening_V > kOpeningShare * (highest_V - line.edge_V);
+          opening_sign(block, direction) < 0.0 || opening_V > opening_share * (highest_V - line.edge_V);
       // After each turn a valve with play does not move until the command has crossed the play.
       const bool follows =
           block.since_turn_V - 0.5 * block.range_V > kBeyondPlay * 2.0 * std::max(0.0, line.half_width_V);
@@ -159,6 +160,18 @@ Line measured_line(const std::vector<Block>& blocks, double direction) {
     line = line_through(chosen, direction);
   }
   line.highest_V = highest_V;
+  return line;
+}
+
+/// With what the edge moves by where less of the opening valve's way counts, as variance: of soft oil, or of oil with
+/// air, the pressures follow so late that the rod lags beyond kOpeningShare, too.
+Line settled_line(const std::vector<Block>& blocks, double direction) {
+  Line line = measured_line(blocks, direction, kOpeningShare);
+  try {
+    const double moved_V = measured_line(blocks, direction, kLateOpeningShare).edge_V - line.edge_V;
+    line.covariance(1, 1) += moved_V * moved_V;
+  } catch (const DataError&) {  // too little is left: nothing more is known
+  }
   return line;
 }
 
@@ -246,8 +259,8 @@ void set_edges(const Edge& upper, const Edge& lower, ValveSheet& sheet) {
 
 void measure_static_part(const Record& record, const SheetPlan& plan, double lag_s, ValveSheet& sheet) {
   const std::vector<Block> blocks = blocks_of(record, plan, lag_s);
-  const Line up = measured_line(blocks, 1.0);
-  const Line down = measured_line(blocks, -1.0);
+  const Line up = settled_line(blocks, 1.0);
+  const Line down = settled_line(blocks, -1.0);
   set_edges(edge_of(up, 1.0, {}), edge_of(down, -1.0, {}), sheet);
   std::array<Creep, 2> creeps;
   for (int round = 0; round < kCreepRounds; ++round) {

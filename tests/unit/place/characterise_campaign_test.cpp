@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -178,6 +179,24 @@ TEST(CharacteriseCampaign, HasIntervalsThatCoverTheTruth) {
     EXPECT_GT(std::sqrt(squares[k]), 0.1) << names[k] << ": an interval ten times too wide says nothing";
   }
   EXPECT_EQ(hysteresis, 0) << "claimed where there is none";
+}
+
+TEST(CharacteriseCampaign, KnowsHowLittleSoftOilTells) {
+  const config::RigConfig rig = config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml");
+  const ident::SheetPlan plan = config::characterisation_plan(rig);
+  for (const double bulk_modulus_bar : {1000.0, 1500.0, 3000.0}) {
+    int covered = 0;
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      auto options = std::get<hal::SimOptions>(rig.backend);
+      options.bulk_modulus_bar = bulk_modulus_bar;
+      options.seed = seed;
+      const ident::ValveSheet sheet = ident::valve_sheet(characterised(rig, options).record, plan);
+      covered += covers(sheet.null_V, -options.valve_null_offset_V) ? 1 : 0;
+      covered += covers(sheet.dead_band_V, options.valve_dead_band_V) ? 1 : 0;
+      EXPECT_LT(sheet.null_V.half_width, 0.025) << bulk_modulus_bar;
+    }
+    EXPECT_GE(covered, 5) << "of 6 intervals at " << bulk_modulus_bar << " bar";
+  }
 }
 
 TEST(CharacteriseCampaign, ObservesTheSpoolsOfSlowValves) {
