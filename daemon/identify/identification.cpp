@@ -425,7 +425,8 @@ Identification identify(const Source& source, const IdentificationTask& task, co
     named.remarks.push_back(straight->sentence);
   }
   IdentificationTask judged = straight ? with_record(named, straight->record) : named;
-  const std::string later = wrong ? std::string() : leave_out_moving_start(judged, identification, fit);
+  std::string later = wrong ? std::string() : leave_out_moving_start(judged, identification, fit);
+  if (!wrong && later.empty()) later = leave_out_resting_start(judged, identification, fit);
   if (!wrong) {
     hold_one_sided_maps(judged, identification);
     try_other_structures(judged, identification, progress);

@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "ident/estimation/judging_part.hpp"
+#include "ident/signal/kept_values.hpp"
 
 namespace eha::identify {
 namespace {
@@ -72,6 +74,42 @@ std::string leave_out_moving_start(IdentificationTask& task, Identification& ide
     const IdentifiedModel* anew = recommended_model(again);
     if (anew == nullptr || (best != nullptr && free_count(anew->result.model) >= free_count(best->result.model)))
       return {};
+    task.options = later.options;
+    task.remarks = std::move(later.remarks);
+    identification = std::move(again);
+    return sentence;
+  } catch (const DataError&) {  // too few rows are left
+    return {};
+  }
+}
+
+std::string leave_out_resting_start(IdentificationTask& task, Identification& identification, const FitTask& fit) {
+  constexpr double kLongRest = 0.3;      // of the rows
+  constexpr double kKeptRest = 0.05;     // of the rows behind it, by which the level is known
+  constexpr Eigen::Index kFewest = 100;  // rows behind it
+  if (task.options.procedure == ident::Procedure::paper || recommended_model(identification) != nullptr) return {};
+  const Eigen::VectorXd& input = task.record.input;
+  Eigen::Index moves = 0;
+  while (moves < input.size() && ident::is_same_value(input[moves], input[0])) ++moves;
+  const Eigen::Index behind = input.size() - moves;
+  if (static_cast<double>(moves) < kLongRest * static_cast<double>(input.size()) || behind < kFewest) return {};
+  const auto kept = static_cast<Eigen::Index>(kKeptRest * static_cast<double>(behind));
+  const double rest_s = task.record.step_s * static_cast<double>(moves - kept);
+  if (task.options.discard_s >= rest_s) return {};
+  IdentificationTask later = task;
+  later.options.discard_s = rest_s;
+  if (!task.is_split_given) {
+    if (const auto other = ident::covering_split(later.record, later.options)) later.options.split = other->share;
+  }
+  const std::string sentence = fmt::format(
+      "the input rests at first, for {:.0f} % of the record: the first {:.3g} s count for nothing, so that both the "
+      "part "
+      "that estimates and the one that judges have motion; --discard {:.3g} does the same",
+      100.0 * static_cast<double>(moves) / static_cast<double>(input.size()), rest_s, rest_s);
+  later.remarks.push_back(sentence);
+  try {
+    Identification again = fit(later);
+    if (recommended_model(again) == nullptr) return {};
     task.options = later.options;
     task.remarks = std::move(later.remarks);
     identification = std::move(again);

@@ -17,4 +17,12 @@ namespace eha::identify {
 [[nodiscard]] std::string leave_out_moving_start(IdentificationTask& task, Identification& identification,
                                                  const FitTask& fit);
 
+/// Of a record whose input keeps its first value over 30 % of the rows and more the part that estimates may hold hardly
+/// any motion. Where no model is recommended, fits again to the rows from shortly before the input moves, and takes
+/// that fit where it recommends one. The task then leaves out the rest, and says so in its remarks.
+/// @returns the sentence for the user; empty where nothing was changed. Cost: none beside a model, else the fit once
+/// more.
+[[nodiscard]] std::string leave_out_resting_start(IdentificationTask& task, Identification& identification,
+                                                  const FitTask& fit);
+
 }  // namespace eha::identify

@@ -99,5 +99,24 @@ TEST(MovingStart, IsNoneOfARecordThatBeginsAtRest) {
   }
 }
 
+TEST(RestingStart, CountsForNothingWhereTheMotionBeginsLate) {
+  Source source = levels_to_two_lags(0, 3);
+  const Eigen::Index rows = source.record.input.size();
+  const Eigen::Index rest = 12 * rows;
+  ident::PortableDraw draw(4);
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(rest + rows);
+  input.tail(rows) = source.record.input;
+  Eigen::VectorXd output(rest + rows);
+  for (Eigen::Index k = 0; k < rest; ++k) output[k] = 0.05 * draw.normal();
+  output.tail(rows) = source.record.output;
+  source.record.input = input;
+  source.record.output = output;
+  const Identification found = identify(source, task_of(source), {}, {});
+  ASSERT_FALSE(found.recommendation.model.empty());
+  EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), [](const std::string& sentence) {
+    return sentence.starts_with("the input rests at first, for 9") && sentence.find("--discard ") != std::string::npos;
+  }));
+}
+
 }  // namespace
 }  // namespace eha::identify
