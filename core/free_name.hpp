@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <system_error>
+#include <utility>
 
 namespace eha {
 
@@ -12,10 +13,14 @@ namespace eha {
 [[nodiscard]] inline std::string next_free_name(const std::string& name) {
   std::filesystem::path path(name);
   if (!path.has_filename()) path = path.parent_path();  // "models/"
+  std::string stem = path.stem().string();
+  std::string extension = path.extension().string();
+  // The part behind the point of "drift0.02" names no kind of file.
+  if (extension.find_first_not_of("0123456789", 1) == std::string::npos) stem += std::exchange(extension, {});
   std::error_code ignored;
   for (int number = 2;; ++number) {
     std::filesystem::path free = path;
-    free.replace_filename(path.stem().string() + "-" + std::to_string(number) + path.extension().string());
+    free.replace_filename(stem + "-" + std::to_string(number) + extension);
     if (!std::filesystem::exists(std::filesystem::symlink_status(free, ignored))) return free.string();
   }
 }

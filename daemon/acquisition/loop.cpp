@@ -90,6 +90,7 @@ void Loop::play() noexcept {
   report_.experiment_ns = engine_.experiment_ns();
   report_.travel = engine_.travel();
   report_.velocity = engine_.velocity();
+  report_.moved_in = engine_.moved_in();
   report_.safe_confirmed = engine_.safe_confirmed();
   report_.final_state = machine_.state();
   report_.stops_seen = static_cast<std::uint32_t>(stop_.count());

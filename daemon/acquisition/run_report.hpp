@@ -83,10 +83,11 @@ struct RunReport {
   /// First row of the experiment, at which the time of its record is 0, from the run's first tick [ns]; 0: never
   /// reached.
   std::int64_t experiment_ns = 0;
-  Margin travel;        ///< on the way from mid-travel to a travel limit, stopping distance included
-  Margin velocity;      ///< of the velocity limit
-  Histogram latency;    ///< wake-up lateness
-  Histogram execution;  ///< duration of a tick's work
+  Margin travel;          ///< on the way from mid-travel to a travel limit, stopping distance included
+  Margin velocity;        ///< of the velocity limit
+  double moved_in = 0.0;  ///< the greatest reading less the least [in]
+  Histogram latency;      ///< wake-up lateness
+  Histogram execution;    ///< duration of a tick's work
   RealtimeFacts realtime;
 };
 

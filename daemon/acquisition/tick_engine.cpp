@@ -181,6 +181,9 @@ void TickEngine::note_margins(TickRecord& row) noexcept {
   };
   note(limits_monitor_.travel_share(), travel_, kNearTravel);
   note(limits_monitor_.velocity_share(), velocity_, kNearVelocity);
+  if (reading_.feedback_at_rail || !std::isfinite(reading_.displacement_in)) return;
+  lowest_in_ = std::min(lowest_in_, reading_.displacement_in);
+  highest_in_ = std::max(highest_in_, reading_.displacement_in);
 }
 
 Breach TickEngine::check_slip(std::int64_t begun_ns, double earlier_speed_in_per_s) noexcept {

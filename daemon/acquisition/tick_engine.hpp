@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "config/rig_config.hpp"
 #include "daemon/acquisition/clock.hpp"
@@ -87,6 +89,8 @@ class TickEngine {
   /// Greatest values of the run.
   [[nodiscard]] const Margin& travel() const noexcept { return travel_; }
   [[nodiscard]] const Margin& velocity() const noexcept { return velocity_; }
+  /// The greatest reading less the least [in].
+  [[nodiscard]] double moved_in() const noexcept { return std::max(0.0, highest_in_ - lowest_in_); }
   [[nodiscard]] std::uint32_t experiment_rows() const noexcept { return rows_; }
   /// Returns the number of completed rows of the experiment, for progress.
   [[nodiscard]] std::uint32_t rows_played(std::uint32_t sequence) const noexcept;
@@ -129,6 +133,8 @@ class TickEngine {
   LoopCounters counters_;
   Margin travel_;
   Margin velocity_;
+  double lowest_in_ = std::numeric_limits<double>::infinity();
+  double highest_in_ = -std::numeric_limits<double>::infinity();
   std::int64_t contact_time_ns_ = 0;    ///< time that the auxiliary contact may be open while enabled; 0: there is none
   std::int64_t contact_closed_ns_ = 0;  ///< time at which it was last seen closed, or the enable line went on
   std::int64_t now_ns_ = 0;             ///< scheduled time of the present tick

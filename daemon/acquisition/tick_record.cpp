@@ -58,6 +58,8 @@ constexpr EnumNames<RigStatus, 7> kRigStatuses{{{"ok", RigStatus::ok},
 
 std::string_view to_text(State state) noexcept { return name_in(kStates, state); }
 std::string_view to_text(Fault fault) noexcept { return name_in(kFaults, fault); }
+
+std::optional<Fault> fault_named(std::string_view text) noexcept { return value_in(kFaults, text); }
 std::string_view to_text(hal::RigStatus status) noexcept { return name_in(kRigStatuses, status); }
 
 }  // namespace eha::acquisition

@@ -117,6 +117,8 @@ static_assert(std::endian::native == std::endian::little, "TickRecord is written
 /// Names as used in files and messages: "ramp_in", "travel_limit", ... Real-time safe.
 [[nodiscard]] std::string_view to_text(State state) noexcept;
 [[nodiscard]] std::string_view to_text(Fault fault) noexcept;
+/// None of a text that names no fault.
+[[nodiscard]] std::optional<Fault> fault_named(std::string_view text) noexcept;
 [[nodiscard]] std::string_view to_text(hal::RigStatus status) noexcept;
 
 }  // namespace eha::acquisition

@@ -59,6 +59,7 @@ Entry entry_from_text(const std::string& text) {
   entry.accept_travel_risk = json.value("accept_travel_risk", false);
   entry.warnings = json.value("warnings", std::vector<std::string>());
   entry.only_places = json.value("only_places", false);
+  entry.is_for_machine = json.value("for_machine", true);
   entry.is_open_fault = json.value("open_fault", false);
   entry.has_open_slip = json.value("open_slip", false);
   entry.missed_motion = json.value("missed_motion", false);
@@ -160,6 +161,7 @@ void QueueStore::save(const Entry& entry) const {
   json.update(describe(entry));
   json["place"] = entry.place;
   json["accept_travel_risk"] = entry.accept_travel_risk;
+  json["for_machine"] = entry.is_for_machine;
   json["experiment"] = entry.experiment;
   json["open_fault"] = entry.is_open_fault;
   if (entry.calibration) json["calibration"] = {entry.calibration->first, entry.calibration->second};

@@ -49,6 +49,7 @@ struct Entry {
   std::string user;
   bool fast = false;                ///< virtual time
   bool accept_travel_risk = false;  ///< played despite the rehearsal's result
+  bool is_for_machine = true;       ///< submitted for a rig that moves a machine: somebody has confirmed its motion
   bool only_places = false;         ///< only moves the rod to a place: held by its user only, not by a disarming
   std::string submitted;            ///< UTC
   std::string experiment;           ///< TOML; empty once it is over

@@ -33,16 +33,21 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
   entry.note = "ehad ended before this run recorded anything; submit it again";
   const fs::path folder = runs_folder / entry.run;
   if (!entry.run.empty() && record::is_run_folder(folder)) {
-    bool may_have_jumped = true;  // where its rows cannot be read, nobody knows
+    // Where its rows cannot be read, nobody knows.
+    bool may_have_jumped = true;
+    bool may_have_missed = true;
     try {
       const record::Manifest manifest = record::read_manifest(folder);
       entry.outcome = record::outcome_text(manifest);
-      may_have_jumped = record::reading_jumped(manifest) || record::is_torn_run(folder);
+      const bool is_torn = record::is_torn_run(folder);
+      may_have_jumped = record::reading_jumped(manifest) || is_torn;
+      may_have_missed = record::missed_motion(manifest) || is_torn;
       entry.note = "ehad ended during this run";
     } catch (const std::exception& error) {
       entry.note = fmt::format("ehad ended during this run, and the run cannot be read: {}", error.what());
     }
     entry.has_open_slip = entry.calibration && may_have_jumped;
+    entry.missed_motion = entry.calibration && may_have_missed;
   }
   if (entry.outcome == acquisition::to_text(acquisition::Outcome::completed) ||
       entry.outcome == acquisition::to_text(acquisition::Outcome::precise_enough)) {

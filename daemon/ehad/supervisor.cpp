@@ -24,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds kTimeToRecover{600};
-constexpr std::chrono::seconds kSilence{10};  ///< after a message on motion at rest
+constexpr std::chrono::seconds kSilence{10};   ///< after a message on motion at rest
+constexpr double kFartherThanByHand_in = 0.1;  ///< between two readings at rest
 
 fs::path require_program(const char* name) {
   fs::path program = find_program(name);
@@ -114,7 +115,7 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
-                         if (!is_same_place(calibration, rig_.calibration())) moved_while_armed_.clear();
+                         if (!is_same_place(calibration, rig_.calibration())) moved_at_rest_.clear();
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
                                       options_.config_file);
@@ -158,15 +159,16 @@ void Supervisor::poll_rod(Clock::time_point now) {
   const std::optional<double> moved_in = rig_.notices_motion();
   if (!moved_in) return;
   const bool is_at_stake = rig_.is_armed() || rig_.is_arming() || active_;
-  if (!is_at_stake && now < silent_until_) return;
-  silent_until_ = now + kSilence;
   const DisplayUnit unit(rig_.config()->units);
   const std::string why = fmt::format(
       "the rod's reading moved by {:.2g} {} while nothing drove it: look at the rod; if it moves, use the emergency "
       "stop, and look for a welded contactor or a wrong level of [comedi.enable]; if it stands, the sensor or its wire "
       "has slipped (eha calibrate)",
       unit.factor("in") * *moved_in, unit.of("in"));
-  if (is_at_stake) moved_while_armed_ = why;
+  // A hand moves no rod so far between two readings, and a slip of the sensor is as bad while nothing is armed.
+  if (is_at_stake || std::abs(*moved_in) > kFartherThanByHand_in) moved_at_rest_ = why;
+  if (!is_at_stake && now < silent_until_) return;
+  silent_until_ = now + kSilence;
   drive_nothing(why, is_at_stake);
 }
 

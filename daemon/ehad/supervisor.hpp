@@ -239,8 +239,8 @@ class Supervisor {
   [[nodiscard]] std::string why_disarmed() const;
   std::string disarmed_because_ = "ehad has started";
   std::string stopped_because_;  ///< what has disarmed the rig against its holder's will, for who arms it next
-  std::string
-      moved_while_armed_;  ///< what poll_rod() said of it: the next arming is refused once, for a person to look
+  /// What poll_rod() said of it: the next arming is refused once, for a person to look.
+  std::string moved_at_rest_;
   Clock::time_point silent_until_{};  ///< of motion at rest
   bool shutting_down_ = false;
   Health health_;

@@ -135,8 +135,8 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
   if (active_ && active_->stop->count() > 0) {
     throw DeviceError("not armed: a stop is ramping the rod out, and then disarms the rig; once it rests: eha arm");
   }
-  if (!moved_while_armed_.empty() && !active_ && !rig_.is_armed()) {
-    throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_while_armed_, {})));
+  if (!moved_at_rest_.empty() && !active_ && !rig_.is_armed()) {
+    throw DeviceError(fmt::format("not armed: {}; then arm again", std::exchange(moved_at_rest_, {})));
   }
   if (!call.ruler_in && !active_ && !rig_.is_armed()) {
     require_no_slip();

@@ -55,6 +55,7 @@ void Supervisor::submit(const Peer& peer, control::SubmitCall call, Answer answe
     entry.user = peer.user;
     entry.fast = call.fast;
     entry.accept_travel_risk = call.accept_travel_risk;
+    entry.is_for_machine = rig_.moves_machine();
     entry.submitted = record::utc_now();
     entry.experiment = std::move(experiment.text);
     submission->entries.push_back(std::move(entry));

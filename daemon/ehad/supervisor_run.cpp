@@ -22,6 +22,9 @@ namespace fs = std::filesystem;
 using acquisition::Outcome;
 
 constexpr double kBytesPerMiB = 1024.0 * 1024.0;
+/// A run that asked for no motion, or saw none, says nothing of a sensor. Its noise is far below, and so is what is
+/// missing of a sound rod.
+constexpr double kSeenMotion_in = 0.2;
 
 std::chrono::seconds whole_seconds(double seconds) { return std::chrono::seconds(static_cast<std::int64_t>(seconds)); }
 
@@ -58,7 +61,7 @@ void Supervisor::finish(EntryId id, std::future<play::FinishedRun> played) {
     const play::FinishedRun run = played.get();
     conclude(entry, run);
   } catch (const RodMoved& error) {
-    moved_while_armed_ = error.what();
+    moved_at_rest_ = error.what();
     account_for(std::exchange(entry.run, {}));
     give_up(entry, error.exit_code(), error.what());
   } catch (const Error& error) {
@@ -113,7 +116,9 @@ void Supervisor::conclude(Entry& entry, const play::FinishedRun& run) {
     rig_.rod_is_at(run.displacement_in);
   }
   // A simulated rod says nothing of the machine's.
-  if (acquisition::is_whole(outcome) && entry.calibration) forget_missed_motion();
+  if (acquisition::is_whole(outcome) && entry.calibration && run.report.moved_in > kSeenMotion_in) {
+    forget_missed_motion();
+  }
   if (acquisition::is_whole(outcome) && run.only_placed) {
     const DisplayUnit unit(rig_.config()->units);
     spdlog::info("experiment {}: the rod is at {:.3f} {}", entry.id, unit.factor("in") * run.displacement_in,

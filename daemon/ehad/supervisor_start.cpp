@@ -74,6 +74,12 @@ void Supervisor::rehearse_next(const Turn& turn, std::future<double> read) {
   poll_rod(Clock::now());
   Entry* entry = still_next(turn);
   if (entry == nullptr) return;
+  if (rig_.moves_machine() && !entry->is_for_machine) {
+    give_up(*entry, ExitCode::permission,
+            "it was submitted for a simulated rig, where nobody confirms motion or what a rehearsal risks, and the rig "
+            "is a machine now: submit it again");
+    return;
+  }
   double place_in = 0.0;
   try {
     place_in = read.get();

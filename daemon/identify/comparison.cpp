@@ -225,21 +225,27 @@ int free_parameters(const ComparedRun& run) {
   return static_cast<int>(std::count_if(all.begin(), all.end(), [](const auto& p) { return !p.fixed; }));
 }
 
-/// Whether fits with a dead time describe all records better than those without one: each errs clearly less; or all
-/// leave plain noise over, of which BIC judges.
+/// Whether fits with a dead time describe all records better than those without one: each errs clearly less; or one
+/// errs far less, and none more; or all leave plain noise over, of which BIC judges.
 bool needs_dead_time(const std::vector<ComparedRun>& with, const std::vector<ComparedRun>& without) {
   constexpr double kClearly = 0.9;  // of the rms error
+  constexpr double kFar = 0.5;
+  constexpr double kAlike = 1.02;
   bool err_less = true;
+  bool errs_far_less = false;
+  bool errs_more = false;
   bool are_plain = true;
   double bic = 0.0;
   for (std::size_t i = 0; i < with.size(); ++i) {
     const double ratio = mse_of(with[i]) / mse_of(without[i]);
     const auto samples = static_cast<double>(with[i].fit.model.estimation->score.samples);
     err_less = err_less && ratio < kClearly * kClearly;
+    errs_far_less = errs_far_less || ratio < kFar * kFar;
+    errs_more = errs_more || ratio > kAlike * kAlike;
     are_plain = are_plain && ident::leaves_plain_noise(with[i].fit.model);
     bic += samples * std::log(ratio) + (free_parameters(with[i]) - free_parameters(without[i])) * std::log(samples);
   }
-  return err_less || (are_plain && bic < 0.0);
+  return err_less || (errs_far_less && !errs_more) || (are_plain && bic < 0.0);
 }
 
 /// The fit of a structure with a dead time to all records where they need one; empty where none does.
@@ -247,10 +253,16 @@ std::vector<ComparedRun> fit_with_dead_time(const std::vector<Source>& sources, 
                                             ident::StructureOptions& structure,
                                             const std::vector<ident::FitOptions>& options, const Progress& progress) {
   std::vector<ComparedRun> best;
-  for (const ident::Structure& family : {ident::structures::io1(), ident::structures::io()}) {
-    ident::StructureOptions asked;
-    asked.name = family.family;
-    asked.structure = family;
+  const bool is_behind_valve = structure.structure.input_map.valve.has_value() && shows_a_valve(without);
+  std::vector<ident::StructureOptions> families(is_behind_valve ? 1 : 2);
+  if (is_behind_valve) {
+    families[0] = structure;
+  } else {
+    families[0].structure = ident::structures::io1();
+    families[1].structure = ident::structures::io();
+    for (ident::StructureOptions& one : families) one.name = one.structure.family;
+  }
+  for (ident::StructureOptions& asked : families) {
     asked.structure.delay.freedom = ident::Freedom::free;
     try {
       std::vector<ComparedRun> runs = fit_all(sources, asked, options, progress);
@@ -412,10 +424,8 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
     structure.structure = ident::structures::io();
     comparison.runs = fit_all(sources, structure, options, progress);
   }
-  if (!shows_a_valve(comparison.runs)) {
-    auto with_dead_time = fit_with_dead_time(sources, comparison.runs, structure, options, progress);
-    if (!with_dead_time.empty()) comparison.runs = std::move(with_dead_time);
-  }
+  auto with_dead_time = fit_with_dead_time(sources, comparison.runs, structure, options, progress);
+  if (!with_dead_time.empty()) comparison.runs = std::move(with_dead_time);
   comparison.structure = structure.name;
   comparison.has_dead_time = structure.structure.delay.freedom == ident::Freedom::free;
   const bool are_plain = std::all_of(comparison.runs.begin(), comparison.runs.end(),

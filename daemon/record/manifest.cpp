@@ -397,6 +397,13 @@ bool reading_jumped(const Manifest& manifest) {
   return acquisition::reading_jumped(report);
 }
 
+bool missed_motion(const Manifest& manifest) {
+  const Json fault = fault_of(manifest);
+  if (fault.is_null()) return false;
+  const auto known = acquisition::fault_named(fault.at("cause").get<std::string>());
+  return known && acquisition::names_motion(*known);
+}
+
 void put_report(Manifest& manifest, const acquisition::RunReport& report, const std::string& write_error) {
   manifest.outcome = report.outcome;
   manifest.utc_end = utc_now();

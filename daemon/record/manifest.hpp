@@ -95,6 +95,9 @@ inline constexpr const char* kFaultOfRows = "fault_of_rows";
 /// As acquisition::reading_jumped() of fault_of(). Rows have no speed, so that every velocity_limit of them counts.
 [[nodiscard]] bool reading_jumped(const Manifest& manifest);
 
+/// Whether fault_of() is one that acquisition::names_motion().
+[[nodiscard]] bool missed_motion(const Manifest& manifest);
+
 /// The description of a run's end without what to do, where the record shows the cause: "no_motion at 4.1 s: a closed
 /// loop drove the rod, and it moved 0.1 in where 0.2 in were due". Lost records, an output that is not safe and a dead
 /// guard stay.

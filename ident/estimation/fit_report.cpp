@@ -266,7 +266,10 @@ void fill_validation(FitResult& result, const SignalFacts& facts, const Comparis
   const Eigen::VectorXd all_simulated = all_rows.of(result.simulated);
   const ComparedRows compared{times_s, inputs, all_measured, all_simulated};
   report.end_stop = end_stop(compared);
-  report.jump = report.end_stop ? std::nullopt : error_jump(compared);
+  if (!report.end_stop) {
+    report.jump = error_burst(compared);
+    if (!report.jump) report.jump = error_jump(compared);
+  }
   if (report.jump && estimated > 0) report.jump->estimating = report.jump->time_s <= result.time_s[estimated - 1];
   report.saturated_percent =
       std::max(saturated_percent(inputs, all_rows.of(unfiltered(record.output, comparison)),

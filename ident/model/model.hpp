@@ -195,12 +195,14 @@ struct EndStop {
   std::optional<double> to_s = {};
 };
 
-/// A sudden lasting change of the error.
+/// A sudden lasting change of the error, or a burst of it.
 struct ErrorJump {
-  double time_s = 0.0;      ///< of the record
-  double change = 0.0;      ///< [output unit]
+  double time_s = 0.0;      ///< of the record; where a burst begins
+  double change = 0.0;      ///< [output unit]; of a burst its greatest
   double usual = 0.0;       ///< least change over a few rows that counts as a jump [output unit]; 0: not known
   bool estimating = false;  ///< it lies in the rows that estimated the model, whose parameters are wrong by it
+  /// Of a burst: when the error is back at what it is elsewhere [s].
+  std::optional<double> until_s = {};
 };
 
 /// White noise of the recorded input in itself that did not reach the plant: a model makes of it what the plant does

@@ -286,11 +286,12 @@ ValidationReport read_validation(const Node& node) {
     if (stop.has("to_s")) stop.read("to_s", read.to_s.emplace());
   }
   if (object.has("jump")) {
-    const Node jump = object.at("jump").object({"time_s", "change", "usual", "estimating"});
+    const Node jump = object.at("jump").object({"time_s", "change", "usual", "estimating", "until_s"});
     jump.read("time_s", report.jump.emplace().time_s);
     jump.read("change", report.jump->change);
     if (jump.has("usual")) jump.read("usual", report.jump->usual);
     jump.read("estimating", report.jump->estimating);
+    if (jump.has("until_s")) jump.read("until_s", report.jump->until_s.emplace());
   }
   if (object.has("excitation_order")) object.read("excitation_order", report.excitation_order.emplace());
   if (object.has("map_error")) object.read("map_error", report.map_error.emplace());

@@ -155,6 +155,7 @@ OrderedJson validation_to_json(const ValidationReport& report) {
   if (const auto& jump = report.jump) {
     object["jump"] = {{"time_s", jump->time_s}, {"change", jump->change}, {"usual", jump->usual}};
     if (jump->estimating) object["jump"]["estimating"] = true;
+    if (jump->until_s) object["jump"]["until_s"] = *jump->until_s;
   }
   if (report.excitation_order) object["excitation_order"] = *report.excitation_order;
   if (report.map_error) object["map_error"] = *report.map_error;

@@ -420,7 +420,7 @@ CutBeside cut_beside(const ErrorJump& jump, std::optional<double> compared_step_
   const auto in_digits = [&](double count) { return digit < 1.0 ? count / std::round(1.0 / digit) : count * digit; };
   constexpr double kRounding = 1e-6;
   return {in_digits(std::floor((jump.time_s - margin_s) / digit + kRounding)),
-          in_digits(std::ceil((jump.time_s + margin_s) / digit - kRounding))};
+          in_digits(std::ceil((jump.until_s.value_or(jump.time_s) + margin_s) / digit - kRounding))};
 }
 
 std::string cut_options(const CutBeside& cut) {
@@ -428,6 +428,10 @@ std::string cut_options(const CutBeside& cut) {
 }
 
 std::string jump_text(const ErrorJump& jump, const std::string& unit) {
+  if (jump.until_s) {
+    return fmt::format("error is up to {:.3g}{} from about {} to {} s, and far less elsewhere", std::abs(jump.change),
+                       after_number(unit), time_text(jump.time_s), time_text(*jump.until_s));
+  }
   return fmt::format("error jumps by {:.3g}{} at about {} s", jump.change, after_number(unit), time_text(jump.time_s));
 }
 

@@ -38,6 +38,12 @@ struct ComparedRows {
 /// @returns none on fewer than 60 rows. Cost O(N log N).
 [[nodiscard]] std::optional<ErrorJump> error_jump(const ComparedRows& rows);
 
+/// Finds the stretch of a record, or the greatest of up to three, that holds most of the error: as where rows or the
+/// input were lost of a plant that comes to rest, so that the error is back afterwards.
+/// @returns none where such stretches take more than a tenth of the rows or hold less than four fifths of the squared
+/// error, and on fewer than 60 rows. Cost O(N log N).
+[[nodiscard]] std::optional<ErrorJump> error_burst(const ComparedRows& rows);
+
 /// Times at which to cut a record so that a jump lies in neither part.
 struct CutBeside {
   double to_s = 0.0;    ///< end of the part before
@@ -51,11 +57,16 @@ struct CutBeside {
 /// "--to 129.9 or --from 130.06".
 [[nodiscard]] std::string cut_options(const CutBeside& cut);
 
-/// "error jumps by 0.3 mm at about 24 s". @param unit  of the output
+/// "error jumps by 0.3 mm at about 24 s"; of a burst "error is up to 14 mm from about 24 to 26 s, and far less
+/// elsewhere". @param unit  of the output
 [[nodiscard]] std::string jump_text(const ErrorJump& jump, const std::string& unit);
 
 /// What makes such a jump, a clause: "the sensor slipped or froze, ...".
 inline constexpr std::string_view kMakesAJump =
     "the sensor slipped or froze, the load changed or rows are missing there";
+
+/// The same of a burst.
+inline constexpr std::string_view kMakesABurst =
+    "rows or the input were lost there, the sensor failed for a while, or something else moved the output";
 
 }  // namespace eha::ident

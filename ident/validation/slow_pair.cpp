@@ -19,20 +19,20 @@ namespace {
 
 constexpr double kReal = 1e-7;  // imaginary part of a real root, share
 
-/// The greatest time constant of the real roots [s]; 0 without one.
+/// The greatest time constant of the roots, of a complex one the inverse of its size [s]; 0 without one.
 double slowest_s(const std::vector<Term>& terms) {
   const ReducedPolynomial polynomial = reduced(terms);
   if (polynomial.removed_order > 0.0) return std::numeric_limits<double>::infinity();
   if (polynomial.terms.size() < 2) return 0.0;
   double slowest = 0.0;
   for (const std::complex<double>& root : commensurate_roots(polynomial, 1.0)) {
-    const bool is_real = std::abs(root.imag()) < kReal * std::abs(root);
-    if (is_real) slowest = std::max(slowest, 1.0 / std::abs(root));
+    slowest = std::max(slowest, 1.0 / std::abs(root));
   }
   return slowest;
 }
 
-/// Returns the polynomial without the slowest real root; nothing without one. The terms have whole orders.
+/// Returns the polynomial without its slowest root; nothing without one, or where that is complex. The terms have whole
+/// orders.
 std::optional<std::vector<Term>> without_slowest_root(const std::vector<Term>& terms) {
   const ReducedPolynomial polynomial = reduced(terms);
   std::vector<Term> rest;
@@ -43,12 +43,11 @@ std::optional<std::vector<Term>> without_slowest_root(const std::vector<Term>& t
     return rest;
   }
   if (polynomial.terms.size() < 2) return {};
-  double root = std::numeric_limits<double>::infinity();
-  for (const std::complex<double>& one : commensurate_roots(polynomial, 1.0)) {
-    const bool is_real = std::abs(one.imag()) < kReal * std::abs(one);
-    if (is_real && std::abs(one) < std::abs(root)) root = one.real();
-  }
-  if (!std::isfinite(root)) return {};
+  const std::vector<std::complex<double>> roots = commensurate_roots(polynomial, 1.0);
+  const auto slowest = std::min_element(roots.begin(), roots.end(),
+                                        [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
+  if (slowest == roots.end() || !(std::abs(slowest->imag()) < kReal * std::abs(*slowest))) return {};
+  const double root = slowest->real();
   const auto degree = static_cast<std::size_t>(std::lround(polynomial.terms.back().order));
   std::vector<double> coefficients(degree + 1, 0.0);
   for (const Term& term : polynomial.terms) {

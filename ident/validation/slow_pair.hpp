@@ -8,14 +8,15 @@
 
 namespace eha::ident {
 
-/// The time constant [records' lengths] that the slowest real zero and the slowest real pole of a model of integer
-/// order both reach; a pole at 0 is endlessly slow. Above 1 the two nearly cancel at each frequency that the record
-/// shows, and what they describe is a drift of the output. None without such a zero or pole, or where the length of the
-/// estimating part is not known. Cost: the roots of two polynomials.
+/// The time constant [records' lengths] that the slowest zero and the slowest pole of a model of integer order both
+/// reach, of complex ones the inverse of their size; a pole at 0 is endlessly slow. Above 1 the two nearly cancel at
+/// each frequency that the record shows, and what they describe is a drift of the output. None without such a zero or
+/// pole, or where the length of the estimating part is not known. Cost: the roots of two polynomials.
 [[nodiscard]] std::optional<double> slow_pair_over_record(const Model& model);
 
-/// A model without its slowest real zero and pole, its gain beyond them kept: the plant beside the drift that they
-/// describe. None without such a zero and pole in the left half plane or at 0, or where nothing would be left.
+/// A model without its slowest zero and pole, which are real, its gain beyond them kept: the plant beside the drift
+/// that they describe. None without such a zero and pole in the left half plane or at 0, or where nothing would be
+/// left.
 [[nodiscard]] std::optional<Model> without_slow_pair(const Model& model);
 
 /// That plant in engineering_form(), "K = 1.79 V/V; T = 0.492 s"; empty without one.

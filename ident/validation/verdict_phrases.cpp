@@ -209,7 +209,8 @@ std::vector<std::string> causes_in_record(const Model& model) {
   if (const auto& jump = model.validation->jump) {
     const CutBeside cut =
         cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
-    found.push_back(fmt::format("The {}: {}; cut with {}.", jump_text(*jump, model.output_unit), kMakesAJump,
+    found.push_back(fmt::format("The {}: {}; cut with {}.", jump_text(*jump, model.output_unit),
+                                jump->until_s ? kMakesABurst : kMakesAJump,
                                 is_given ? of_record->second : cut_options(cut)));
   }
   return found;

@@ -156,6 +156,59 @@ TEST_F(ServiceArming, IsRefusedAfterTwoRunsInWhichTheRodDidNotMoveUntilARulerAgr
   EXPECT_EQ(arm().code, 0) << "counted anew";
 }
 
+TEST_F(ServiceArming, ForgetsNoMissedMotionForAMoveThatMovesNothing) {
+  start();
+  const auto move = [&](const char* place) {
+    return run_eha({"goto", place, "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+  };
+  for (int i = 0; i < 2; ++i) {
+    rig_.card().dead_band_V = 20.0;
+    const Ended armed = arm();
+    EXPECT_EQ(armed.code, 0) << "after " << i << ": " << armed.err;
+    EXPECT_EQ(move("3.5in").code, kTrip);
+    if (i == 1) break;
+    EXPECT_EQ(arm().code, 0);
+    const std::string here = fmt::format("{:.3f}in", rig_.card().position_in);
+    EXPECT_EQ(move(here.c_str()).code, 0) << "it is in its place already";
+  }
+  EXPECT_EQ(arm().code, kTrip) << "the move between has shown no motion";
+}
+
+TEST_F(ServiceArming, IsRefusedOnceAfterASlipWhileNothingIsArmed) {
+  start();
+  EXPECT_EQ(arm().code, 0);
+  client_->call("disarm");
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));  // the place at rest is half a second old at most
+  rig_.card().position_in -= 1.0;
+  std::this_thread::sleep_for(std::chrono::milliseconds(700));
+  const Ended refused = arm();
+  EXPECT_NE(refused.code, 0);
+  EXPECT_NE(refused.err.find("the rod's reading moved by -1"), std::string::npos) << refused.err;
+  EXPECT_EQ(arm().code, 0) << "a person has looked";
+}
+
+TEST_F(ServiceArming, KnowsMissedMotionOfARunWhoseServiceWasKilledAsItTripped) {
+  start();
+  for (int i = 0; i < 2; ++i) {
+    rig_.card().dead_band_V = 20.0;
+    const Ended armed = arm();
+    EXPECT_EQ(armed.code, 0) << "after " << i << ": " << armed.err;
+    auto moving = std::async(std::launch::async, [&] {
+      return run_eha({"goto", "3.5in", "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+    });
+    const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+    while (!rig_.card().is_enabled() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    while (rig_.card().is_enabled() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+    EXPECT_EQ(daemon_.stop(SIGKILL), 128 + SIGKILL);
+    moving.wait();
+    client_.reset();
+    daemon_.start();
+  }
+  const Ended refused = arm();
+  EXPECT_EQ(refused.code, kTrip) << refused.out << refused.err;
+  EXPECT_NE(refused.err.find("did not do what the volts asked for"), std::string::npos) << refused.err;
+}
+
 TEST_F(ServiceArming, KnowsASlipOfARunWhoseServiceWasKilledAsItTripped) {
   start();
   client_->call("arm");
