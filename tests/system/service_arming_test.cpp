@@ -156,6 +156,20 @@ TEST_F(ServiceArming, IsRefusedAfterTwoRunsInWhichTheRodDidNotMoveUntilARulerAgr
   EXPECT_EQ(arm().code, 0) << "counted anew";
 }
 
+TEST_F(ServiceArming, DrivesNoMachineByAnExperimentOfASimulatedRig) {
+  start();
+  const std::string machine = content_of(daemon_.rig_file());
+  reload(content_of(source_file("config/rigs/sim.toml")));
+  const std::int64_t entry = submit(*client_, quiet_experiment_text("simulated", 1.0), false);
+  reload(machine);
+  client_->call("arm");
+  client_->call("release");
+  const Json over = follow(daemon_, entry);
+  EXPECT_EQ(over.at("outcome"), "refused") << over;
+  EXPECT_NE(over.at("note").get<std::string>().find("submitted for a simulated rig"), std::string::npos) << over;
+  EXPECT_EQ(rig_.card().enabled_ns, 0);
+}
+
 TEST_F(ServiceArming, ForgetsNoMissedMotionForAMoveThatMovesNothing) {
   start();
   const auto move = [&](const char* place) {

@@ -16,6 +16,7 @@ TEST(FreeName, NumbersWhatIsTaken) {
   EXPECT_EQ(free_name(in("other.toml")), in("other.toml"));
   EXPECT_EQ(free_name(in("rig.toml")), in("rig-3.toml"));
   EXPECT_EQ(next_free_name(in("models/")), in("models-2"));
+  EXPECT_EQ(next_free_name(in("drift0.02")), in("drift0.02-2")) << "a number is no kind of file";
 }
 
 }  // namespace

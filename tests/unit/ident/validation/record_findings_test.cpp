@@ -334,5 +334,43 @@ TEST(ErrorJumpTest, IsNotAPulseNorNoise) {
   }
 }
 
+/// Levels to a lag, 8 mm/V and 0.2 s, of which some rows are missing.
+Record lag_that_lost_rows(Eigen::Index at, Eigen::Index lost, std::uint64_t seed) {
+  constexpr Eigen::Index kKept = 4000;
+  std::mt19937_64 draw(seed);
+  const Eigen::Index all = kKept + lost;
+  Eigen::VectorXd input(all);
+  for (Eigen::Index k = 0; k < all; ++k) input[k] = k % 40 == 0 ? 2.0 * uniform(draw) - 1.0 : input[k - 1];
+  const Eigen::VectorXd output = simulate({{{8.0, 0.0}}, {{0.2, 1.0}, {1.0, 0.0}}, 0.0}, input, 0.02);
+  Record record;
+  record.step_s = 0.02;
+  record.input.resize(kKept);
+  record.output.resize(kKept);
+  for (Eigen::Index k = 0; k < kKept; ++k) {
+    const Eigen::Index row = k < at ? k : k + lost;
+    record.input[k] = input[row];
+    record.output[k] = output[row] + 0.02 * normal(draw);
+  }
+  return record;
+}
+
+TEST(ErrorBurstTest, IsWhereRowsWereLostOfAPlantThatComesToRest) {
+  for (const Eigen::Index at : {1210, 3130}) {
+    const Record record = lag_that_lost_rows(at, 130, 4);
+    const ValidationReport report = report_on(record, structures::io1());
+    ASSERT_TRUE(report.jump) << at;
+    ASSERT_TRUE(report.jump->until_s) << at;
+    const double at_s = 0.02 * static_cast<double>(at);
+    EXPECT_NEAR(report.jump->time_s, at_s, 0.1);
+    EXPECT_GT(*report.jump->until_s, at_s);
+    EXPECT_LT(*report.jump->until_s, at_s + 2.0);
+    const CutBeside cut = cut_beside(*report.jump, 0.02);
+    EXPECT_LT(cut.to_s, at_s);
+    EXPECT_GT(cut.from_s, *report.jump->until_s);
+    EXPECT_NE(jump_text(*report.jump, "mm").find(" and far less elsewhere"), std::string::npos);
+  }
+  EXPECT_FALSE(report_on(lag_that_lost_rows(2000, 0, 4), structures::io1()).jump);
+}
+
 }  // namespace
 }  // namespace eha::ident
