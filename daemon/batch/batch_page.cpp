@@ -162,6 +162,7 @@ std::string records_table(const Table& table) {
         missing = (one.in_part ? "compared in part: " : "not compared: ") + one.reason;
       }
     }
+    if (missing.empty()) missing = what_limits(row);
     RowFigures figures = row.figures;
     rows.push_back({row.label, shown_name(row.record), row.rig, row.recommended, grade_of(row),
                     std::move(figures.fit_percent), std::move(figures.error), std::move(figures.form), names_apart(row),
@@ -177,7 +178,7 @@ std::string records_table(const Table& table) {
                                            {"largest error", Column::number},
                                            {"in figures", Column::wide_text},
                                            {"apart in", Column::name},
-                                           {"why no model, or not compared", Column::wide_text}};
+                                           {"why no model, not good, or not compared", Column::wide_text}};
   constexpr std::size_t kRig = 2;
   if (std::all_of(rows.begin(), rows.end(), [](const auto& row) { return row[kRig].empty(); })) {  // files alone
     for (auto& row : rows) row.erase(row.begin() + kRig);

@@ -14,6 +14,7 @@
 #include "ident/model/model_file.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/validation/parameter_change.hpp"
+#include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::batch {
 namespace {
@@ -105,6 +106,20 @@ std::string why_none(const Row& row) {
   if (found == row.fit.end() || !found->is_object()) return {};
   const auto reason = found->find("reason");
   return reason != found->end() && reason->is_string() ? reason->get<std::string>() : std::string();
+}
+
+std::string what_limits(const Row& row) {
+  if (!row.judged) return {};
+  for (const nlohmann::ordered_json& model : row.fit.at("models")) {
+    if (model.value("name", "") != row.recommended || !model.contains("verdict")) continue;
+    const auto& verdict = model.at("verdict");
+    if (verdict.value("grade", "") != "usable" || !verdict.contains("reasons") || verdict.at("reasons").empty())
+      return {};
+    const auto reason = verdict.at("reasons").front().get<std::string>();
+    // What could not be judged is nothing that was found.
+    return reason.starts_with("Not judged") ? std::string() : ident::statement_of(reason);
+  }
+  return {};
 }
 
 std::string spread_text(const Table& table, const Resolution& one) {

@@ -27,6 +27,9 @@ namespace eha::batch {
 /// Why no model is recommended, as `eha fit` says; empty where one is.
 [[nodiscard]] std::string why_none(const Row& row);
 
+/// The first thing that was found and makes the recommended model of a record usable, not good; empty without.
+[[nodiscard]] std::string what_limits(const Row& row);
+
 /// Figures of the recommended model of a fit; empty without one. @param fit  models as `eha fit --json` gives them
 [[nodiscard]] RowFigures figures_of(const nlohmann::ordered_json& fit, const std::string& recommended);
 

@@ -155,6 +155,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
   std::size_t failed = 0;
   std::string apart;
   std::string without;
+  std::string limits;
   std::string failures;
   for (const batch::Row& row : table.rows) {
     if (row.judged) {
@@ -165,6 +166,9 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
       }
       if (const std::string why = batch::why_none(row); !why.empty()) {
         without += fmt::format("no model {}: {}\n", row.label, why);
+      }
+      if (const std::string what = batch::what_limits(row); !what.empty() && rows.size() < kMostRowsShown) {
+        limits += "usable   " + wrapped(fmt::format("{}: {}", row.label, what), 9) + "\n";
       }
       if (!row.outliers.empty())
         apart += fmt::format("apart    {}: {}\n", row.label, outliers_of(row, table.common_model));
@@ -190,7 +194,7 @@ ExitCode print_table(const batch::BatchFolder& folder, Console& console, const s
     text += fmt::format("trend    {} {} from the first record to the last\n", one.parameter, batch::change_text(one));
   }
   if (const std::string note = batch::grade_note(table); !note.empty()) text += "verdict  " + wrapped(note, 9) + "\n";
-  text += without;
+  text += without + limits;
   for (const batch::NotCompared& one : batch::not_compared(table.rows, table.common_model)) {
     if (!batch::why_none(table.rows[one.row]).empty()) continue;  // said already
     text += fmt::format("{} {}: {}\n", one.in_part ? "in part " : "left out", table.rows[one.row].label, one.reason);

@@ -16,6 +16,7 @@
 #include "daemon/identify/refit.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/signal/frozen_input.hpp"
+#include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -63,6 +64,7 @@ ident::Record with_later_input(const ident::Record& record, Index rows) {
 /// A shift of the input that mends it, and how well a model describes the record with it.
 struct LateInput {
   WrongInput wrong;
+  Index rows = 0;
   double r2_percent = 0.0;
 };
 
@@ -121,7 +123,7 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
                   best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
                   ident::figure_text(best->error / least), best_rows),
       fmt::format("--input-late {}", best_rows)};
-  return LateInput{std::move(wrong), best->model.estimation->score.r2_percent};
+  return LateInput{std::move(wrong), best_rows, best->model.estimation->score.r2_percent};
 }
 
 /// Root mean square of the output's steps.
@@ -262,6 +264,11 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   say(0.5, "comes late");
   std::optional<LateInput> late = of_late_input(source, task, bases);
   if (!late) return std::nullopt;
+  // A curved gain bends an edge of the input as a row that is late does.
+  if (late->rows == 1 && first != nullptr &&
+      ident::nonlinear_kind(first->result.model, *first->result.model.verdict) == ident::NonlinearKind::level) {
+    return std::nullopt;
+  }
   if (const auto other = exchanged_fit(source, task.options, late->r2_percent)) {
     return exchanged_columns(source, *other, "the output comes before the input");
   }

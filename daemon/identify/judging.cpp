@@ -95,8 +95,11 @@ std::optional<ident::FrequencyInterval> excited_by(const IdentificationTask& tas
   const double last = std::round((result.time_s[rows - 1] - task.record.start_s) / task.record.step_s);
   const auto band =
       ident::excited_band(task.record.input.head(static_cast<Eigen::Index>(last) + 1), task.record.step_s);
-  // The place of a single tone is known to half a line.
-  return band && band->lowest_Hz < band->highest_Hz ? band : std::nullopt;
+  // The place of a single tone is known to half a line; below a few of its periods it may be a step.
+  constexpr double kFewestPeriods = 3.0;
+  const bool is_band = band && (band->lowest_Hz < band->highest_Hz ||
+                                band->lowest_Hz * (last + 1.0) * task.record.step_s >= kFewestPeriods);
+  return is_band ? band : std::nullopt;
 }
 
 void note_loop(const ident::LoopInRecord& loop, ident::Model& model) {

@@ -97,8 +97,7 @@ Source load_source(const std::string& name, const std::optional<std::string>& ex
   if (!std::filesystem::is_directory(name, ignored)) {
     importer::Imported imported = importer::import_record(name, options, progress);
     source.record = std::move(imported.record);
-    source.unmeasured = ident::unmeasured_of(source.record);
-    source.without_input = imported.held.size();
+    source.unmeasured = ident::unmeasured_of(source.record, imported.held);
     source.guess = std::move(imported.guess);
     source.remarks = std::move(imported.remarks);
     for (const ident::Channel& channel : {source.record.input_channel, source.record.output_channel}) {
@@ -202,11 +201,11 @@ std::vector<std::string> warnings(const Source& source) {
   if (unmeasured.rows > 0 && !source.run_folder) {
     sentences.push_back(fmt::format("{} of {} rows ({:.3g} %) were not measured and count for nothing in fit and tests",
                                     unmeasured.rows, unmeasured.of_rows, unmeasured.percent()));
-    if (source.without_input > 0) {
+    if (unmeasured.without_input > 0) {
       sentences.back() += fmt::format(
           "; in {} the input is missing: it is taken as straight from row to row, in gaps of {} rows or more as held, "
           "and where it switched there, the figures are less exact than their intervals say",
-          source.without_input, ident::kRowsOfGap);
+          unmeasured.without_input, ident::kRowsOfGap);
     }
   } else if (unmeasured.rows > 0) {
     sentences.push_back(

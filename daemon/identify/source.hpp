@@ -32,7 +32,6 @@ struct Source {
       {};  ///< of a file that is fitted; empty: not computed, or of a run, whose run.json has those of its files
   std::string units = {};                        ///< of displayed lengths, from the run's rig file; empty: none
   ident::Unmeasured unmeasured = {};             ///< of the rows of the run or file
-  std::size_t without_input = 0;                 ///< of a file: of these, the rows whose input was not measured
   std::string guess = {};                        ///< of a file: the guesses, in one line; may be empty
   std::string command = {};                      ///< of importer::command_that_made(); empty: of no command line
   std::vector<std::string> remarks = {};         ///< on the record: for a person to look at, one sentence each

@@ -279,13 +279,18 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   }
   const bool is_open = first != nullptr && !best;
+  // A tank's outflow bends a static curve as well, but less well than its power.
+  const bool may_bend = first != nullptr && (best ? best->model.grey_box.has_value() : may_be_curved(*first));
   const auto try_input = [&](const char* what, const auto& trial_of_input) {
     say(what);
     std::optional<Trial> trial = trial_of_input(task, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   };
   if (is_open && may_saturate(*first)) try_input("an input that saturates", trial_of_saturation);
-  if (is_open && may_be_curved(*first)) try_input("a gain that is curved", trial_of_power);
+  if (may_bend) try_input("a gain that is curved", trial_of_power);
+  if (best && best->explanation.kind == ident::ExplanationKind::power) {
+    for (IdentifiedModel& one : identification.models) one.result.model.provenance.erase(ident::kGreyBoxHolds);
+  }
   if (!any && !best) return;
   if (best) {
     note_on_models(*best, identification);

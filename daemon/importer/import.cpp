@@ -468,17 +468,23 @@ Imported import_record(const std::filesystem::path& path, const Options& options
       findings_on_output({record.input.begin(), record.input.end()}, {record.output.begin(), record.output.end()},
                          imported.held, record.start_s, record.step_s, !why.empty());
   for (const std::string& remark : findings.remarks) imported.remarks.push_back(path.string() + ": " + remark);
-  imported.slow_rows = remark_on_slow_rows(record.input, record.output, record.step_s);
-  if (!imported.slow_rows.empty()) {
+  // Rows whose output is interpolated answer as late as the interpolation makes them.
+  constexpr double kMostInterpolated = 0.1;
+  const bool is_measured =
+      static_cast<double>(record.unmeasured.size()) <= kMostInterpolated * static_cast<double>(record.output.size());
+  if (is_measured) imported.slow_rows = remark_on_slow_rows(record.input, record.output, record.step_s);
+  if (!is_measured) {
+    // Nothing is known of its rows.
+  } else if (!imported.slow_rows.empty()) {
     imported.remarks.push_back(path.string() + ": " + imported.slow_rows);
   } else if (!imported.is_closed_loop) {
     imported.slow_rows = motion_within_rows(record.input, record.output, record.step_s);
   }
   imported.cut = findings.cut;
   imported.frozen = std::move(findings.frozen);
-  imported.without_gaps = part_without_gaps(imported.record.unmeasured, static_cast<std::size_t>(record.output.size()),
-                                            record.start_s, record.step_s);
-  imported.gaps = gaps_text(imported.record.unmeasured, record.start_s, record.step_s);
+  imported.without_gaps =
+      part_without_gaps(imported.held, static_cast<std::size_t>(record.output.size()), record.start_s, record.step_s);
+  imported.gaps = gaps_text(imported.held, record.start_s, record.step_s);
   return imported;
 }
 

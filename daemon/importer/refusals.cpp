@@ -76,17 +76,15 @@ void refuse_slower_output(const Table& table, const Roles& roles, const std::fil
   const auto form = table.text_form();
   const auto every = every_nth(table.columns()[*roles.output].sample);
   if (options.resample || !form || form->delimiter == ' ' || !every) return;
-  const std::string rows = path.stem().string() + "-rows" + path.extension().string();
-  throw DataError(fmt::format(
-      "{}: column {} has a value in every {}{} row only; `awk -F'{}' 'NR<{}||${}~/[0-9]/' {} > {}` keeps these rows, "
-      "then: `{}`; --resample would fill the others, and a record that is filled for the most part has no "
-      "model",
-      path.string(), described(table.columns(), *roles.output), *every,
-      *every == 2   ? "nd"
-      : *every == 3 ? "rd"
-                    : "th",
-      form->delimiter == '\t' ? "\\t" : std::string(1, form->delimiter), form->first_data_line, *roles.output + 1,
-      shell_word(path.string()), shell_word(rows), command_on(options, path, rows)));
+  throw DataError(
+      fmt::format("{}: column {} has a value in every {}{} row only, as of a slower sensor; `{}` holds the models "
+                  "against those rows, "
+                  "by the input of all",
+                  path.string(), described(table.columns(), *roles.output), *every,
+                  *every == 2   ? "nd"
+                  : *every == 3 ? "rd"
+                                : "th",
+                  command_with(options, path, "--resample")));
 }
 
 void refuse_exchanged(const ident::Record& record, const Roles& roles, const std::filesystem::path& path,

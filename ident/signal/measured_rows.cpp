@@ -82,9 +82,12 @@ Eigen::VectorXd MeasuredRows::weights(Eigen::Index rows) const {
   return weights;
 }
 
-Unmeasured unmeasured_of(const Record& record) {
-  const std::vector<std::size_t>& rows = record.unmeasured;
-  Unmeasured found{.rows = rows.size(),
+Unmeasured unmeasured_of(const Record& record) { return unmeasured_of(record, record.unmeasured); }
+
+Unmeasured unmeasured_of(const Record& record, const std::vector<std::size_t>& without_input) {
+  const std::vector<std::size_t>& rows = without_input;
+  Unmeasured found{.rows = record.unmeasured.size(),
+                   .without_input = rows.size(),
                    .of_rows = std::max<std::size_t>(1, static_cast<std::size_t>(record.output.size()))};
   for (std::size_t i = 0; i < rows.size();) {
     std::size_t end = i + 1;

@@ -39,17 +39,25 @@ class MeasuredRows {
 /// How many rows of a record were not measured.
 struct Unmeasured {
   std::size_t rows = 0;
-  std::size_t in_gaps = 0;  ///< of these, in gaps of kRowsOfGap rows or more
+  /// Of these, whose input is not known either: what the plant did there nobody can tell.
+  std::size_t without_input = 0;
+  std::size_t in_gaps = 0;  ///< of those, in gaps of kRowsOfGap rows or more
   std::size_t of_rows = 1;  ///< all of the record
 
   [[nodiscard]] double percent() const { return 100.0 * static_cast<double>(rows) / static_cast<double>(of_rows); }
+  [[nodiscard]] double without_input_percent() const {
+    return 100.0 * static_cast<double>(without_input) / static_cast<double>(of_rows);
+  }
   [[nodiscard]] double in_gaps_percent() const {
     return 100.0 * static_cast<double>(in_gaps) / static_cast<double>(of_rows);
   }
 };
 
-/// Cost O(unmeasured).
+/// Of a record whose rows lack both values. Cost O(unmeasured).
 [[nodiscard]] Unmeasured unmeasured_of(const Record& record);
+
+/// @param without_input  of the record's rows that were not measured, those without an input, ascending
+[[nodiscard]] Unmeasured unmeasured_of(const Record& record, const std::vector<std::size_t>& without_input);
 
 /// The rows [first, first + count) of a list of rows, counted from there.
 [[nodiscard]] std::vector<std::size_t> rows_within(const std::vector<std::size_t>& rows, std::size_t first,

@@ -245,8 +245,8 @@ void judge_unmeasured(const Model& model, const Unmeasured& unmeasured, Judgemen
   const double most = is_shifted ? 0.0 : kMostInterpolated_percent;
   judgement.criterion(Kind::interpolated, interpolated, most, interpolated <= most);
   if (unmeasured.rows == 0) return;
-  judgement.criterion(Kind::unmeasured, unmeasured.percent(), kMostUnmeasured_percent,
-                      unmeasured.percent() <= kMostUnmeasured_percent);
+  judgement.criterion(Kind::unmeasured, unmeasured.without_input_percent(), kMostUnmeasured_percent,
+                      unmeasured.without_input_percent() <= kMostUnmeasured_percent);
 }
 
 /// Many models follow a piece of a motion, and there is nothing to tell them apart by where no test can judge.

@@ -26,7 +26,7 @@ TEST(Warnings, NameRowsOfAFileThatWereNotMeasured) {
   const auto sentences = warnings(source);
   ASSERT_EQ(sentences.size(), 1U);
   EXPECT_EQ(sentences[0], "3 of 2000 rows (0.15 %) were not measured and count for nothing in fit and tests");
-  source.without_input = 2;
+  source.unmeasured.without_input = 2;
   EXPECT_EQ(warnings(source)[0],
             sentences[0] +
                 "; in 2 the input is missing: it is taken as straight from row to row, in gaps of 5 rows or more as "

@@ -62,7 +62,7 @@ TEST(NextStep, CutsBeforeItRecordsLonger) {
 TEST(NextStep, LooksAtTheComputerWhereARunLostTicksAndRecordsNoLonger) {
   Model model = good_model();
   model.name = "io";
-  model.verdict = judge(model, {}, {.unmeasured = {.rows = 20, .in_gaps = 19, .of_rows = 1000}});
+  model.verdict = judge(model, {}, {.unmeasured = {.rows = 20, .without_input = 20, .in_gaps = 19, .of_rows = 1000}});
   ASSERT_FALSE(model.verdict->accepted);
   EXPECT_EQ(next_step({&model}, "").first, FirstStep::none) << "of a file";
   model.provenance[kAgainstLostRows] = kAgainstLateTicks;

@@ -58,7 +58,7 @@ TEST(Verdict, RejectsWhatWasFittedToARodAtItsEnd) {
 
 TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
   const auto lacking = [](std::size_t rows, std::size_t in_gaps) {
-    return RecordFacts{.unmeasured = {.rows = rows, .in_gaps = in_gaps, .of_rows = 1000}};
+    return RecordFacts{.unmeasured = {.rows = rows, .without_input = rows, .in_gaps = in_gaps, .of_rows = 1000}};
   };
   EXPECT_TRUE(judge(good_model(), {}, lacking(100, 10)).accepted);
   const Verdict verdict = judge(good_model(), {}, lacking(151, 0));
@@ -83,7 +83,7 @@ TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
 }
 
 TEST(Verdict, RejectsAnIntegratingRodWhoseErrorShowsBesideAGap) {
-  const RecordFacts facts{.unmeasured = {.rows = 6, .in_gaps = 6, .of_rows = 1000}};
+  const RecordFacts facts{.unmeasured = {.rows = 6, .without_input = 6, .in_gaps = 6, .of_rows = 1000}};
   Model model = good_model();
   model.transfer_function.denominator = {{1.0, 2.0}, {1.0, 1.0}};
   model.provenance[kGapsOfRecord] = "from 15 to 15.29 s";
