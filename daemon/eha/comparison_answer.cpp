@@ -174,6 +174,7 @@ class RunsAnswer {
     report::ComparedSubject& subject = out_.subjects[i];
     const report::ComparedSubject& first = out_.subjects.front();
     subject.unfit = run.unfit;
+    subject.drift = run.drift;
     subject.cannot_tell = run.cannot_tell;
     if (subject.cannot_tell.empty() && (change.changed || !subject.first_model_holds) && run.has_other_input) {
       subject.has_other_input = true;

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -485,16 +486,20 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
 RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& progress) {
   std::vector<Source> sources = in_units_of_first(recorded);
   RunComparison comparison = compared(sources, progress);
-  std::vector<std::string> drifts;
+  std::vector<std::string> drifts(sources.size());
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if (ident::leaves_plain_noise(comparison.runs[i].fit.model)) continue;
     if (const std::string drift = take_trend_out(sources[i]); !drift.empty()) {
-      drifts.push_back(fmt::format("{}: {}", sources[i].name, drift));
+      drifts[i] = fmt::format("{}: {}", sources[i].name, drift);
     }
   }
-  if (drifts.empty()) return comparison;
+  const auto is_any = [](const std::string& text) { return !text.empty(); };
+  if (std::none_of(drifts.begin(), drifts.end(), is_any)) return comparison;
   comparison = compared(sources, progress);
-  comparison.notes.insert(comparison.notes.begin(), drifts.begin(), drifts.end());
+  for (std::size_t i = 1; i < sources.size(); ++i) {
+    comparison.runs[i].drift = drifts[i].empty() ? drifts.front() : drifts[i];
+  }
+  std::copy_if(drifts.begin(), drifts.end(), std::inserter(comparison.notes, comparison.notes.begin()), is_any);
   return comparison;
 }
 

@@ -54,6 +54,8 @@ struct ComparedRun {
     bool is_first = false;  ///< on the first run's record; else on this one
   };
   std::optional<SuddenError> sudden = {};
+  /// That a drift was taken out of its record or the first's: "d.csv: the output drifts by ..."; empty: of neither.
+  std::string drift = {};
   std::string cannot_tell = {};  ///< why the plant may be the same although parameters differ; empty: it tells
   /// One of the two models does not describe its own record: `change` then claims nothing. Where the first model errs
   /// as little as the other one it is set only if no change is shown and one of them leaves so much over that a change

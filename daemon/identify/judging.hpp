@@ -31,6 +31,10 @@ void note_record(const IdentificationTask& task, ident::Model& model);
 void judge(const IdentificationTask& task, const std::optional<ident::FrequencyInterval>& excited,
            ident::FitResult& result);
 
+/// Notes where to cut beside a jump of the error, else a change of the gain, where the record has no end stop, which
+/// stands first. @param output  of the model on the record
+void note_sudden_change(const ident::OutputOfModel& output, ident::Model& model);
+
 /// Whether the models are told to be of a record in closed loop: a quiet loop only where none of them follows it.
 [[nodiscard]] bool is_loop_noted(const Identification& identification);
 

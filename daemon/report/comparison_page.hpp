@@ -32,6 +32,7 @@ struct ComparedSubject {
   /// says too, and how to cut that record; empty: it does not.
   std::string jumps = {};
   std::string cut_beside_jump = {};
+  std::string drift = {};                  ///< that a drift was taken out of a record, as of identify::ComparedRun
   std::string noise = {};                  ///< that the output's noise changed, and where to look; empty: not shown
   bool is_tight = false;                   ///< by the valve sheets beside both runs
   MapCause map_cause = MapCause::unknown;  ///< of another map, as the records show it

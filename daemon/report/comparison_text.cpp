@@ -144,6 +144,7 @@ std::string to_do_of(const ComparedSubject& subject) {
     case Finding::alike:
       break;
   }
+  if (!subject.drift.empty()) return subject.drift + ".";
   if (!subject.noise.empty()) return capitalised(subject.noise) + ".";
   return subject.first_model_error > 0.0 ? "Nothing: the model of the first record holds on this one."
                                          : "Nothing: no change of a parameter is shown.";
@@ -175,7 +176,8 @@ std::string outcome(const ComparedSubject& first, const ComparedSubject& subject
     case Finding::alike:
       break;
   }
-  return "The same plant, as far as these records show: no parameter changed, and the first model holds";
+  return std::string("The same plant, as far as these records show: no parameter changed, and the first model holds") +
+         (subject.drift.empty() ? "" : " beside a drift of the output");
 }
 
 std::string outcome_of_all(const std::vector<ComparedSubject>& subjects) {
