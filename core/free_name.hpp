@@ -20,7 +20,11 @@ namespace eha {
   std::error_code ignored;
   for (int number = 2;; ++number) {
     std::filesystem::path free = path;
-    free.replace_filename(stem + "-" + std::to_string(number) + extension);
+    std::string last = stem;
+    last += '-';
+    last += std::to_string(number);
+    last += extension;
+    free.replace_filename(last);
     if (!std::filesystem::exists(std::filesystem::symlink_status(free, ignored))) return free.string();
   }
 }

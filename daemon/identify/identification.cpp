@@ -13,6 +13,7 @@
 #include <set>
 #include <utility>
 
+#include "daemon/identify/clipped_input_trial.hpp"
 #include "daemon/identify/cross_validation.hpp"
 #include "daemon/identify/frequency_comparison.hpp"
 #include "daemon/identify/input_trial.hpp"

@@ -116,7 +116,8 @@ class ShapedInput {
 
   /// Goes on with the structure that errs least; false where it does not err clearly less than without a shape.
   bool keep_best_structure() {
-    const std::optional<double> over = best_ ? ident::error_over(*best_, base_->result.model) : std::nullopt;
+    const std::optional<double> over =
+        best_ && base_ != nullptr ? ident::error_over(*best_, base_->result.model) : std::nullopt;
     if (!over || *over > kClearlyLess) return false;
     bases_ = {base_};
     return true;
