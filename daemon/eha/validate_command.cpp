@@ -218,7 +218,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
   if (!model.stability) model.stability = ident::stability(model.transfer_function);
   model.validation = validation;
   identify::note_record(identify::task_of(source), model);
-  if (!scored_here.of_another_plant) identify::note_sudden_change(scored_here.output, model);
+  const ident::OutputOfModel& output = scored_here.output;
+  if (!scored_here.of_another_plant) {
+    identify::note_sudden_change(output.time_s, output.measured, output.simulated, model);
+  }
   if (!own_effect.empty()) model.provenance[ident::kEffectOnOwnRecord] = own_effect;
   // Another record starts at another position, so the model's offset does not apply to it.
   ident::Model judged = model;

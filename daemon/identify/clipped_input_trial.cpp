@@ -35,8 +35,7 @@ WrongInput clipped_text(const ident::ClippedInput& ends, const ident::Record& re
       fmt::format(
           "The input's column is clipped: {:.2g} % of the rows stand exactly at {}, and with {} {} errs {} times as "
           "much: the plant got more than was recorded, and gain and map come out wrong; record again with a wider "
-          "range "
-          "of the logger, or with a smaller input{}",
+          "range of the logger, or with a smaller input{}",
           ends.percent, ends_text(ends, record), goes_on, structure, ident::figure_text(over),
           part.empty() ? std::string() : fmt::format(", or fit the longest part without such rows ({})", part)),
       part};

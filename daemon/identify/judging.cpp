@@ -163,32 +163,33 @@ void note_record(const IdentificationTask& task, ident::Model& model) {
 namespace {
 
 /// Of the parts beside a sudden change, the option that keeps the longer one.
-void note_longer_part(const ident::OutputOfModel& output, double to_s, double from_s, ident::Model& model) {
-  const bool is_first = to_s - output.time_s[0] >= output.time_s[output.time_s.size() - 1] - from_s;
+void note_longer_part(const Eigen::VectorXd& time_s, double to_s, double from_s, ident::Model& model) {
+  const bool is_first = to_s - time_s[0] >= time_s[time_s.size() - 1] - from_s;
   model.provenance[ident::kLongerPart] = is_first ? "--to " + time_text(to_s) : "--from " + time_text(from_s);
 }
 
 }  // namespace
 
-void note_sudden_change(const ident::OutputOfModel& output, ident::Model& model) {
-  if (!model.validation || model.validation->end_stop || output.time_s.size() < 2) return;
+void note_sudden_change(const Eigen::VectorXd& time_s, const Eigen::VectorXd& measured,
+                        const Eigen::VectorXd& simulated, ident::Model& model) {
+  if (!model.validation || model.validation->end_stop || time_s.size() < 2) return;
   if (const auto& jump = model.validation->jump) {
     const ident::CutBeside cut =
         ident::cut_beside(*jump, model.estimation ? model.estimation->compared_step_s : std::optional<double>());
-    note_longer_part(output, cut.to_s, cut.from_s, model);
+    note_longer_part(time_s, cut.to_s, cut.from_s, model);
     return;
   }
   if (model.grey_box) return;
-  const auto change = ident::gain_change(output.time_s, output.measured, output.simulated);
+  const auto change = ident::gain_change(time_s, measured, simulated);
   if (!change) return;
   // It is known to a hundredth of the record.
-  const double margin_s = 0.015 * (output.time_s[output.time_s.size() - 1] - output.time_s[0]);
+  const double margin_s = 0.015 * (time_s[time_s.size() - 1] - time_s[0]);
   model.provenance[ident::kGainChanged] =
       fmt::format("at about {:.3g} s, by a factor of {:.2g}", change->time_s, change->ratio);
   model.provenance[ident::kBesideGainChange] =
       fmt::format("--to {:.3g} or --from {:.3g}", change->time_s - margin_s, change->time_s + margin_s);
-  const auto in_digits = [](double time_s) { return std::stod(fmt::format("{:.3g}", time_s)); };
-  note_longer_part(output, in_digits(change->time_s - margin_s), in_digits(change->time_s + margin_s), model);
+  const auto in_digits = [](double seconds) { return std::stod(fmt::format("{:.3g}", seconds)); };
+  note_longer_part(time_s, in_digits(change->time_s - margin_s), in_digits(change->time_s + margin_s), model);
 }
 
 namespace {
@@ -211,7 +212,7 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
     // A sensor that slips ends a run at once; what a wrong model leaves over of the short piece jumps as well.
     model.validation->jump.reset();
   } else {
-    note_sudden_change({result.time_s, result.measured, result.simulated}, model);
+    note_sudden_change(result.time_s, result.measured, result.simulated, model);
   }
   model.verdict = ident::judge(model, task.acceptance, facts_of(task));
   if (excited) {

@@ -32,10 +32,12 @@ void judge(const IdentificationTask& task, const std::optional<ident::FrequencyI
            ident::FitResult& result);
 
 /// Notes where to cut beside a jump of the error, else a change of the gain, where the record has no end stop, which
-/// stands first. @param output  of the model on the record
-void note_sudden_change(const ident::OutputOfModel& output, ident::Model& model);
+/// stands first. @param measured, simulated  at these times of the record, as many of each [output unit]. Cost O(N)
+void note_sudden_change(const Eigen::VectorXd& time_s, const Eigen::VectorXd& measured,
+                        const Eigen::VectorXd& simulated, ident::Model& model);
 
-/// Whether the models are told to be of a record in closed loop: a quiet loop only where none of them follows it.
+/// Whether any model is told to be of a record in closed loop: of a quiet loop where none of them follows the record,
+/// or where its input seems to have noise that did not reach the plant.
 [[nodiscard]] bool is_loop_noted(const Identification& identification);
 
 /// Adds a sentence on the record to those that a model's file keeps for its report.

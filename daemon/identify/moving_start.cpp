@@ -46,6 +46,15 @@ double dead_time_s(const Identification& identification) {
   return greatest;
 }
 
+/// Goes on with a task that leaves out rows. @returns its last remark, which says so
+std::string taken(IdentificationTask later, Identification again, IdentificationTask& task,
+                  Identification& identification) {
+  task.options = later.options;
+  task.remarks = std::move(later.remarks);
+  identification = std::move(again);
+  return task.remarks.back();
+}
+
 }  // namespace
 
 std::string leave_out_moving_start(IdentificationTask& task, Identification& identification, const FitTask& fit) {
@@ -64,20 +73,16 @@ std::string leave_out_moving_start(IdentificationTask& task, Identification& ide
   if (task.options.discard_s >= behind_s) return {};
   IdentificationTask later = task;
   later.options.discard_s = behind_s;
-  const std::string sentence = fmt::format(
+  later.remarks.push_back(fmt::format(
       "the record begins in motion: its first {:.3g} s count for nothing, as the input before the first row acts there "
       "for as long as the dead time; --discard {:.3g} does the same",
-      behind_s, behind_s);
-  later.remarks.push_back(sentence);
+      behind_s, behind_s));
   try {
     Identification again = fit(later);
     const IdentifiedModel* anew = recommended_model(again);
     if (anew == nullptr || (best != nullptr && free_count(anew->result.model) >= free_count(best->result.model)))
       return {};
-    task.options = later.options;
-    task.remarks = std::move(later.remarks);
-    identification = std::move(again);
-    return sentence;
+    return taken(std::move(later), std::move(again), task, identification);
   } catch (const DataError&) {  // too few rows are left
     return {};
   }
@@ -101,19 +106,15 @@ std::string leave_out_resting_start(IdentificationTask& task, Identification& id
   if (!task.is_split_given) {
     if (const auto other = ident::covering_split(later.record, later.options)) later.options.split = other->share;
   }
-  const std::string sentence = fmt::format(
-      "the input rests at first, for {:.0f} % of the record: the first {:.3g} s count for nothing, so that both the "
-      "part "
-      "that estimates and the one that judges have motion; --discard {:.3g} does the same",
-      100.0 * static_cast<double>(moves) / static_cast<double>(input.size()), rest_s, rest_s);
-  later.remarks.push_back(sentence);
+  later.remarks.push_back(
+      fmt::format("the input rests at first, for {:.0f} % of the record: the first {:.3g} s count for nothing, so that "
+                  "the part that "
+                  "estimates and the one that judges have motion; --discard {:.3g} does the same",
+                  100.0 * static_cast<double>(moves) / static_cast<double>(input.size()), rest_s, rest_s));
   try {
     Identification again = fit(later);
     if (recommended_model(again) == nullptr) return {};
-    task.options = later.options;
-    task.remarks = std::move(later.remarks);
-    identification = std::move(again);
-    return sentence;
+    return taken(std::move(later), std::move(again), task, identification);
   } catch (const DataError&) {  // too few rows are left
     return {};
   }

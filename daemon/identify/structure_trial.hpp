@@ -10,7 +10,8 @@ namespace eha::identify {
 ///   table may lack (ident::grey_box_left_to_try);
 ///   where the first model misses a part of the plant, io with more poles and zeros, as of two masses, unless a valve's
 ///   map is what makes it that good;
-///   where nothing of that explains it, an integrator and io behind an input that saturates.
+///   where nothing of that explains it, simple structures behind an input that saturates (trial_of_saturation());
+///   where the gain depends on the level, or a grey box explains it, behind a power of the input (trial_of_power()).
 /// Notes on the models that one holds (kGreyBoxHolds, ident::note_explanation()) where it is accepted and errs clearly
 /// less than they do, and takes back an end stop, a jump or a change of gain that it does without. The verdicts then
 /// advise it. The models stay the same, and so does the recommended one. Nothing by the paper's procedure, of rows that

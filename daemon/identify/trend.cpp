@@ -57,6 +57,16 @@ Trend slope_of(const Eigen::VectorXd& time_s, const Eigen::VectorXd& rest) {
   return slope;
 }
 
+/// A plant of two poles, by all rows of a record.
+ident::FitResult plant_of(const ident::Record& record, ident::FitOptions options) {
+  ident::StructureOptions plant;
+  plant.name = "io";
+  plant.structure = ident::structures::io();
+  options.split = 1.0;
+  options.intervals = ident::IntervalMethod::straight;
+  return ident::fit(record, plant, options, thread_executor());
+}
+
 bool is_drift(const IdentifiedModel& one) {
   const ident::Model& model = one.result.model;
   if (!model.verdict) return false;
@@ -78,12 +88,6 @@ double slowest_pole_s(const ident::Model& model) {
 }  // namespace
 
 std::optional<Trend> trend_of(const IdentificationTask& task) {
-  ident::StructureOptions plant;
-  plant.name = "io";
-  plant.structure = ident::structures::io();
-  ident::FitOptions options = task.options;
-  options.split = 1.0;
-  options.intervals = ident::IntervalMethod::straight;
   ident::Record record = task.record;
   // Beside all of the drift the plant's slower pole would take it in, and no line would be left.
   Trend found = slope_of(Eigen::VectorXd::LinSpaced(record.output.size(), 0.0,
@@ -92,7 +96,7 @@ std::optional<Trend> trend_of(const IdentificationTask& task) {
   take_out(found.per_s, record);
   try {
     for (int round = 0; round < kMostRounds; ++round) {
-      const ident::FitResult fit = ident::fit(record, plant, options, thread_executor());
+      const ident::FitResult fit = plant_of(record, task.options);
       const Trend more = slope_of(fit.time_s, fit.measured - fit.simulated);
       found = {found.per_s + more.per_s, more.half_width};
       take_out(more.per_s, record);
@@ -138,14 +142,9 @@ std::string take_trend_out(Source& source) {
   if (!trend) return {};
   ident::Record straight = source.record;
   take_out(trend->per_s, straight);
-  ident::StructureOptions plant;
-  plant.structure = ident::structures::io();
-  ident::FitOptions options = task.options;
-  options.split = 1.0;
-  options.intervals = ident::IntervalMethod::straight;
   try {
-    const ident::Model with = ident::fit(source.record, plant, options, thread_executor()).model;
-    const ident::Model without = ident::fit(straight, plant, options, thread_executor()).model;
+    const ident::Model with = plant_of(source.record, task.options).model;
+    const ident::Model without = plant_of(straight, task.options).model;
     const double length_s = straight.step_s * static_cast<double>(straight.output.size() - 1);
     if (slowest_pole_s(without) > length_s || !with.estimation || !without.estimation ||
         !(without.estimation->score.mse < kLessThanJump * kLessThanJump * with.estimation->score.mse)) {

@@ -473,11 +473,9 @@ Imported import_record(const std::filesystem::path& path, const Options& options
   const bool is_measured =
       static_cast<double>(record.unmeasured.size()) <= kMostInterpolated * static_cast<double>(record.output.size());
   if (is_measured) imported.slow_rows = remark_on_slow_rows(record.input, record.output, record.step_s);
-  if (!is_measured) {
-    // Nothing is known of its rows.
-  } else if (!imported.slow_rows.empty()) {
+  if (!imported.slow_rows.empty()) {
     imported.remarks.push_back(path.string() + ": " + imported.slow_rows);
-  } else if (!imported.is_closed_loop) {
+  } else if (is_measured && !imported.is_closed_loop) {
     imported.slow_rows = motion_within_rows(record.input, record.output, record.step_s);
   }
   imported.cut = findings.cut;

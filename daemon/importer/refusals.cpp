@@ -78,8 +78,7 @@ void refuse_slower_output(const Table& table, const Roles& roles, const std::fil
   if (options.resample || !form || form->delimiter == ' ' || !every) return;
   throw DataError(
       fmt::format("{}: column {} has a value in every {}{} row only, as of a slower sensor; `{}` holds the models "
-                  "against those rows, "
-                  "by the input of all",
+                  "against those rows, by the input of all",
                   path.string(), described(table.columns(), *roles.output), *every,
                   *every == 2   ? "nd"
                   : *every == 3 ? "rd"

@@ -17,7 +17,7 @@ struct LevelsBeyond {
 
 /// By least squares of what the plant leaves over:
 ///   y - M(u) = sum_k c_k G(box_k) + c_bias G(1) + c_0,   box_k = 1 in the kth hold and 0 elsewhere,
-/// of a model M and its transfer function G: beyond its dead band a map of the input has the slope 1.
+/// of a model M and its transfer function G: beyond its dead band a map of the input has about the slope 1.
 /// @param input    of the record, or as a round before returned it [input unit]
 /// @param clipped  of the record's input, as clipped_levels() returns it
 /// @param model    of that input; does not grow. Cost O(N holds^2)

@@ -22,17 +22,29 @@ constexpr double kGreatestMove = 0.25;       // of the range, from row to row: b
 constexpr Index kSlopeRows = 3;
 
 constexpr std::size_t kFewestHolds = 20;
+constexpr std::size_t kFewestHoldsAtEnd = 3;
 constexpr double kLeastAtEnd = 0.1;     // of the holds, or of the rows
 constexpr double kLeastDistinct = 0.9;  // of the levels elsewhere
+
+struct Ends {
+  double least = 0.0;
+  double greatest = 0.0;
+};
+
+/// None of a constant input or one of few rows.
+std::optional<Ends> ends_of(const Eigen::VectorXd& input) {
+  if (input.size() < kFewestClippedRows || !input.allFinite()) return std::nullopt;
+  const Ends ends{input.minCoeff(), input.maxCoeff()};
+  return ends.least < ends.greatest ? std::optional(ends) : std::nullopt;
+}
 
 }  // namespace
 
 std::optional<ClippedInput> clipped_levels(const Eigen::VectorXd& input) {
+  const std::optional<Ends> ends = ends_of(input);
+  if (!ends) return std::nullopt;
+  const auto [least, greatest] = *ends;
   const Index rows = input.size();
-  if (rows < kFewestClippedRows || !input.allFinite()) return std::nullopt;
-  const double greatest = input.maxCoeff();
-  const double least = input.minCoeff();
-  if (!(least < greatest)) return std::nullopt;
   ClippedInput found;
   std::vector<double> elsewhere;
   std::size_t at_greatest = 0;
@@ -50,9 +62,8 @@ std::optional<ClippedInput> clipped_levels(const Eigen::VectorXd& input) {
     clipped += last - first + 1;
   });
   const auto holds = static_cast<double>(elsewhere.size() + found.runs.size());
-  const auto is_often = [&](std::size_t count) { return count > 2; };
-  if (is_often(at_greatest)) found.greatest = greatest;
-  if (is_often(at_least)) found.least = least;
+  if (at_greatest >= kFewestHoldsAtEnd) found.greatest = greatest;
+  if (at_least >= kFewestHoldsAtEnd) found.least = least;
   if (!found.greatest && !found.least) return std::nullopt;
   if (elsewhere.size() < kFewestHolds / 2 || holds < static_cast<double>(kFewestHolds) ||
       (static_cast<double>(at_greatest + at_least) < kLeastAtEnd * holds &&
@@ -71,11 +82,10 @@ std::optional<ClippedInput> clipped_levels(const Eigen::VectorXd& input) {
 }
 
 std::optional<ClippedInput> clipped_input(const Eigen::VectorXd& input) {
+  const std::optional<Ends> ends = ends_of(input);
+  if (!ends) return std::nullopt;
+  const auto [least, greatest] = *ends;
   const Index rows = input.size();
-  if (rows < kFewestClippedRows || !input.allFinite()) return std::nullopt;
-  const double greatest = input.maxCoeff();
-  const double least = input.minCoeff();
-  if (!(least < greatest)) return std::nullopt;
   ClippedInput found;
   Index clipped = 0;
   Index repeats = 0;

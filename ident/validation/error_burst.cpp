@@ -12,9 +12,10 @@ namespace {
 using Eigen::Index;
 
 constexpr Index kFewestRowsOfBurst = 60;
-constexpr double kFarOverUsual = 6.0;  // standard deviations of most rows: beyond it a row belongs to a burst
-constexpr double kPeakOverUsual = 20.0;
+constexpr double kFarOverUsual = 6.0;    // standard deviations of most rows: beyond it a row belongs to a burst
+constexpr double kPeakOverUsual = 20.0;  // the same: a burst reaches it
 constexpr double kMostOfRows = 0.1;
+constexpr double kLeastOfAll = 0.02;   // of the squares of all, of a burst that counts
 constexpr double kLeastOfError = 0.8;  // of its squares
 constexpr double kJoined = 0.01;       // of the rows, between two that belong to one burst
 constexpr std::size_t kMostBursts = 3;
@@ -51,7 +52,7 @@ std::optional<ErrorJump> error_burst(const ComparedRows& rows) {
     squares += burst.squares;
   }
   // Of single rows a few stand far out in any long record of a sensor.
-  std::erase_if(bursts, [&](const Burst& burst) { return burst.squares < 0.02 * squares; });
+  std::erase_if(bursts, [&](const Burst& burst) { return burst.squares < kLeastOfAll * squares; });
   if (bursts.size() > kMostBursts || static_cast<double>(length) > kMostOfRows * static_cast<double>(count) ||
       !(squares > kLeastOfError * e.squaredNorm())) {
     return std::nullopt;

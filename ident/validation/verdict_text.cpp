@@ -120,10 +120,7 @@ std::string Reasons::failed(const Criterion& c) const {
     case Kind::unmeasured:
       return fmt::format(
           "Too little of the record was measured: {:.3g} % of its rows lack a value, more than {:.3g} %; {}.", c.value,
-          c.limit,
-          against_lost_rows(
-              "cut with --from and --to to a part that lacks fewer, keep every nth row where the sensor is read so "
-              "seldom"));
+          c.limit, against_lost_rows("cut with --from and --to to a part that lacks fewer"));
     case Kind::record_length:
       if (verdict_.judging_part_rests) {
         return fmt::format(

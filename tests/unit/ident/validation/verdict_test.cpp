@@ -65,8 +65,7 @@ TEST(Verdict, RejectsARecordOfWhichTooLittleWasMeasured) {
   EXPECT_FALSE(verdict.accepted);
   EXPECT_EQ(verdict.reasons.front(),
             "Too little of the record was measured: 15.1 % of its rows lack a value, more than 10 %; cut with --from "
-            "and --to to a part that lacks fewer, keep every nth row where the sensor is read so seldom, or record "
-            "again.");
+            "and --to to a part that lacks fewer, or record again.");
   const Verdict gaps = judge(good_model(), {}, lacking(80, 11));
   EXPECT_FALSE(gaps.accepted);
   EXPECT_EQ(gaps.reasons.front(),
