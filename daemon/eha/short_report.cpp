@@ -204,7 +204,8 @@ std::string map_caution(const Model& model) {
     const auto& test = model.validation->tests ? model.validation->tests->nonlinearity : std::nullopt;
     const bool is_of_level = test && test->test.p < ident::kNonlinearLevel && ident::is_of_bent_edges(model, *test);
     return fmt::format(
-        "each may be up to {:.2g} V off the valve's{}, whatever its interval says: `eha characterise` measures them",
+        "each may be up to {:.2g} V off the valve's, beside dry friction more{}, whatever its interval says: `eha "
+        "characterise` measures them",
         *shift, is_of_level ? ", or there is no dead band and the gain grows with the opening" : "");
   }
   if (!ident::map_note(model).empty()) return {};

@@ -90,7 +90,8 @@ std::optional<double> clock_seconds(std::string_view text) {
   std::string whole(text);
   const HalfDay half = cut_half_day(whole);
   for (const char* form : {"%Y-%m-%d %H:%M:%S", "%Y-%m-%dT%H:%M:%S", "%d.%m.%Y %H:%M:%S", "%d/%m/%Y %H:%M:%S",
-                           "%m/%d/%Y %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%H:%M:%S"}) {
+                           "%m/%d/%Y %H:%M:%S", "%Y/%m/%d %H:%M:%S", "%d-%b-%Y %H:%M:%S", "%d %b %Y %H:%M:%S",
+                           "%b %d %Y %H:%M:%S", "%b %d, %Y %H:%M:%S", "%H:%M:%S"}) {
     std::tm parts{};
     const char* const rest = strptime(whole.c_str(), form, &parts);
     if (rest == nullptr) continue;
@@ -139,7 +140,7 @@ std::optional<double> ClockReader::seconds(std::string_view text) {
   constexpr int kMostDecimals = 6;
   const std::optional<double> shown_s = clock_seconds(text);
   if (!shown_s) return std::nullopt;
-  const bool has_date = text.substr(0, text.find(':')).find_first_of("-/.") != std::string_view::npos;
+  const bool has_date = text.substr(0, text.find(':')).find_first_of("-/. ") != std::string_view::npos;
   double time_s = *shown_s + day_s_;
   if (!has_date && first_s_ && time_s < last_s_ - kDay_s / 2.0) {
     day_s_ += kDay_s;

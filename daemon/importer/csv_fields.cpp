@@ -105,6 +105,17 @@ void CsvFields::add(void* field, std::size_t length, void* self) {
 
 namespace {
 
+/// The minus sign of typesetters, which some programs write before numbers.
+constexpr std::string_view kMinus = "\xE2\x88\x92";
+
+std::string with_plain_minus(std::string_view line) {
+  std::string plain(line);
+  for (std::size_t at = plain.find(kMinus); at != std::string::npos; at = plain.find(kMinus, at + 1)) {
+    plain.replace(at, kMinus.size(), "-");
+  }
+  return plain;
+}
+
 /// `x ["]` as `x [in]`; empty where a line has none such.
 std::string with_inches_named(std::string_view line) {
   std::string named(line);
@@ -119,6 +130,10 @@ std::string with_inches_named(std::string_view line) {
 bool CsvFields::split(std::string_view line) {
   if (line.find_first_of("\xA0\xAF") != std::string_view::npos) {
     cleaned_ = without_no_break_spaces(line);
+    line = cleaned_;
+  }
+  if (line.find(kMinus) != std::string_view::npos) {
+    cleaned_ = with_plain_minus(line);
     line = cleaned_;
   }
   text_.clear();

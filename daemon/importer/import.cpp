@@ -34,6 +34,7 @@
 #include "daemon/importer/slow_rows.hpp"
 #include "daemon/importer/time_grid.hpp"
 #include "daemon/importer/two_units.hpp"
+#include "daemon/importer/written_on_change.hpp"
 #include "ident/signal/measured_rows.hpp"
 
 namespace eha::importer {
@@ -308,6 +309,9 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
   const auto time_of = [&](std::size_t row) {
     return first == 1 ? rows.columns[0][row] : record.start_s + static_cast<double>(row) * record.step_s;
   };
+  if (options.resample && roles.output) {
+    if (const auto held = hold_written_on_change(rows.columns[first])) imported.repairs.push_back(*held);
+  }
   for (const std::size_t at : {first, first + 1}) {
     if (at > first && !roles.output) continue;
     if (take_missing_codes(rows, at, at > first, time_of, path, options, imported)) is_even = false;

@@ -21,6 +21,9 @@ inline constexpr std::size_t kSampledRows = 200;
 /// Rows that are read of a file: 0.7 GB of three columns.
 inline constexpr std::size_t kMostRows = 30'000'000;
 
+/// Different words that are kept of a column.
+inline constexpr std::size_t kMostWords = 8;
+
 /// A column of a file, before its role is known.
 struct Column {
   std::string label;            ///< as in the file: "Spannung [V]", "rec.u"; empty when the file names none
@@ -31,6 +34,7 @@ struct Column {
   /// The first kSampledRows values; NaN where one is missing. Of clocks seconds from the first.
   std::vector<double> sample;
   std::string sampled_text;  ///< the first value as written, when it is no number
+  std::vector<std::string> words = {};  ///< the first different ones of those, at most kMostWords
   bool is_clock = false;     ///< dates or times of day
   std::size_t rows = 0;      ///< columns of different lengths do not belong together; 0 when not yet known
 };

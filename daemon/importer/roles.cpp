@@ -18,6 +18,7 @@
 #include "daemon/importer/column_text.hpp"
 #include "daemon/importer/column_values.hpp"
 #include "daemon/importer/own_times.hpp"
+#include "daemon/importer/row_for_each_value.hpp"
 #include "daemon/importer/time_column.hpp"
 #include "daemon/importer/time_grid.hpp"
 
@@ -302,6 +303,8 @@ class Finder {
     if (left.size() < missing) {
       fail(fmt::format("expected a column each of input and output; columns: {}{}{}", list(),
                        roles.time ? fmt::format(", of which {} is the time", *roles.time + 1) : "", thousands()) +
+           (left.size() == 1 && roles.time ? row_for_each_value(table_, *roles.time, left.front(), file_, options_)
+                                           : std::string()) +
            two_files(left));
     }
     // Of two in volts the set point is not what the controller made of it.

@@ -87,6 +87,9 @@ void sample_columns(std::vector<Column>& columns, const std::vector<std::string>
       if (parse_number(fields[c], dialect.signs, value) == NumberKind::none) {
         ++texts[c];
         if (columns[c].sampled_text.empty()) columns[c].sampled_text = text.decoded(fields[c]);
+        std::vector<std::string>& words = columns[c].words;
+        const bool is_new = std::find(words.begin(), words.end(), fields[c]) == words.end();
+        if (is_new && words.size() < kMostWords) words.emplace_back(fields[c]);
         if (const auto time_s = clocks[c].seconds(fields[c])) {
           columns[c].is_clock = true;
           value = *time_s;

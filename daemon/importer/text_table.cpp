@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/shell_word.hpp"
 #include "daemon/importer/asked_command.hpp"
+#include "daemon/importer/cell_units.hpp"
 #include "daemon/importer/clock_text.hpp"
 #include "daemon/importer/column_names.hpp"
 #include "daemon/importer/column_text.hpp"
@@ -85,6 +86,10 @@ class TextTable final : public Table {
     can_be_cut_ = kind.empty() && lines_.size() > 0 && lines_.encoding() != "UTF-16";
     std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
     refuse_unreadable(first);
+    cell_units_ = cell_units_of(first);
+    if (!cell_units_.empty()) std::transform(first.begin(), first.end(), first.begin(), [&](const std::string& line) {
+      return cell_units_.without(line);
+    });
     dialect_ = guess_dialect(first, options, path.string());
     LabviewBlocks blocks;
     for (std::size_t k = dialect_.first_data_line; dialect_.is_of_labview && k < first.size(); ++k) {
@@ -104,6 +109,7 @@ class TextTable final : public Table {
       told_period_s_ = period_above_rows(first, dialect_);
     }
     columns_ = named_columns(dialect_, lines_, path);
+    take_cell_units();
     sample(first);
     refuse_time_stamps();
     newest_first_ = is_newest_first(columns_, first, dialect_);
@@ -139,7 +145,7 @@ class TextTable final : public Table {
     ClockReader reader;
     const bool are_minutes = !columns_[column].is_clock && is_clock_of_minutes(columns_[column].sampled_text);
     LabviewBlocks blocks;
-    while (const auto line = lines_.next()) {
+    while (const auto line = next_line()) {
       if (lines_.line() < dialect_.first_data_line || is_between_rows(*line, blocks)) continue;
       if (!fields.split(*line) || fields.size() <= column) continue;
       const std::string_view field = cell(fields, column);
@@ -205,7 +211,7 @@ class TextTable final : public Table {
         std::isfinite(selection.to) ? selection.to - kInside * std::max(1.0, std::abs(selection.to)) : selection.to;
     LabviewBlocks blocks;
     LastDecimals decimals;
-    while (const auto line = lines_.next()) {
+    while (const auto line = next_line()) {
       if (lines_.line() < dialect_.first_data_line || is_between_rows(*line, blocks)) continue;
       if (selection.keep_missing && is_spreadsheet_error(*line)) {
         // The whole row is one error.
@@ -255,6 +261,22 @@ class TextTable final : public Table {
       rows.time_decimals -= static_cast<int>(std::floor(std::log10(selection.time_unit_s)));
     }
     return rows;
+  }
+
+  [[nodiscard]] std::optional<std::string_view> next_line() {
+    const auto line = lines_.next();
+    if (!line || cell_units_.empty()) return line;
+    plain_ = cell_units_.without(*line);
+    return plain_;
+  }
+
+  void take_cell_units() {
+    if (cell_units_.units.size() != columns_.size()) return;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const std::string unit = unit_of(cell_units_.units[i]);
+      if (columns_[i].unit.empty()) columns_[i].unit = unit;
+      if (!unit.empty() && columns_[i].unit != unit) columns_[i].other_unit = unit;
+    }
   }
 
   /// Whether a line is none of the table: a comment, or of the header of a block of LabVIEW's.
@@ -345,6 +367,7 @@ class TextTable final : public Table {
     } else if (!dialect_.units.empty()) {
       guesses_.emplace_back("a row of units");
     }
+    if (!cell_units_.empty()) guesses_.emplace_back("units in the cells");
     if (has_blocks_) guesses_.emplace_back("blocks with a header each, read as one");
     if (dialect_.names.empty()) guesses_.emplace_back("no header");
   }
@@ -413,7 +436,7 @@ class TextTable final : public Table {
     const std::size_t at = lines_.line();
     if (!can_be_cut_) return text;
     std::size_t count = 0;
-    while (const auto next = lines_.next()) {
+    while (const auto next = next_line()) {
       if (is_comment(*next) || !is_row(*next, fields, selection)) continue;
       double value = 0.0;
       const std::size_t lead = selection.columns.front();
@@ -553,6 +576,8 @@ class TextTable final : public Table {
   Options options_;
   TextLines lines_;
   Dialect dialect_;
+  CellUnits cell_units_;
+  std::string plain_;  ///< the line just read without them
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::size_t split_clock_ = kNone;  ///< a clock whose milliseconds are the next field
   mutable std::string joined_;       ///< that clock of the row just read

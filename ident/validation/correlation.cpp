@@ -118,7 +118,7 @@ double ljung_box_p(const Correlation& acf, double samples) {
   double sum = 0.0;
   int lags = 0;
   for (std::size_t i = 0; i < acf.lags.size(); ++i) {
-    if (acf.lags[i] < 1) continue;
+    if (acf.lags[i] < 1 || !(acf.lags[i] < n)) continue;
     sum += acf.values[i] * acf.values[i] / (n - acf.lags[i]);
     ++lags;
   }

@@ -258,7 +258,7 @@ TEST_F(ImportedFile, SaysWhichOfTwoUnitsOfAColumnItTakes) {
   const Imported two = file("two.lvm", "X_Value\tValve (V)\tRod (in)");
   EXPECT_EQ(two.record.output_channel.unit, "in");
   ASSERT_EQ(two.remarks.size(), 1U);
-  EXPECT_NE(two.remarks[0].find("column 3 \"Rod (in)\" has two units, in in its name and mm in the row of units: in is "
+  EXPECT_NE(two.remarks[0].find("column 3 \"Rod (in)\" has two units, in in its name and mm below it: in is "
                                 "taken; if mm is right, its values are wrong by the factor 25.4"),
             std::string::npos)
       << two.remarks[0];
