@@ -24,6 +24,10 @@ constexpr std::size_t kMostWays = 12;
 constexpr std::size_t kLeastWays = 4;
 constexpr double kWaySpeed = 0.6;    // of the fastest reference
 constexpr double kSweptSpeed = 0.8;  // of the way's speed: the valve stays open
+// The least speed in smoothings of the inverse, each about two standard deviations of what the sensor's noise asks for.
+// Nearer to it noise bends the command as a greater gain would.
+constexpr double kClearOfSmoothing = 2.5;
+constexpr double kLeastSweptSpeed = 0.3;  // of the way's speed
 constexpr double kSweptSlew = 0.6;
 
 /// Response of an integrating plant with the lag of the feed-forward.
@@ -192,7 +196,9 @@ MarginSweep margin_sweep(const AxisSettings& settings, double most_way, double m
     sweep.amplitude[k] = kWeights[k] / std::abs(speed[k]);
     sweep.phase_rad[k] = kPhases_rad[k] - std::arg(speed[k]);
   }
-  const double scale = std::min({kSweptSpeed * sweep.speed / peak(sweep, speed),
+  const double swept = std::clamp(sweep.speed - kClearOfSmoothing * settings.inverse.smoothing,
+                                  kLeastSweptSpeed * sweep.speed, kSweptSpeed * sweep.speed);
+  const double scale = std::min({swept / peak(sweep, speed),
                                  kSweptSlew * settings.slew_per_s / peak(sweep, slew), most_error / peak(sweep, rod)});
   for (double& amplitude : sweep.amplitude) amplitude *= scale;
   return sweep;

@@ -203,6 +203,24 @@ ident::AxisSettings known_settings() {
   return s;
 }
 
+/// Near the dead band noise bends the command: a sweep that comes there takes it for a greater gain.
+TEST(MarginSweep, MeasuresTheRigsOwnGainBesideANoisySensor) {
+  hal::SimOptions truth = std::get<hal::SimOptions>(config::load_rig(EHA_SOURCE_DIR "/config/rigs/sim.toml").backend);
+  truth.sensor_noise_V = 0.003;
+  truth.valve_dead_band_V = 0.3;
+  truth.valve_rated_flow_L_per_min = 3.0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
+    truth.seed = seed;
+    ident::PortableDraw draw(7000 + seed);
+    const ident::AxisSettings settings = controller_for(truth, 0.001, draw);
+    const ident::MeasuredMargins measured = swept(truth, settings);
+    const double gain = measured.gain_share.value * settings.inverse.gain_positive;
+    const double own = gains_of(truth).positive;
+    EXPECT_NEAR(gain, own, measured.gain_share.half_width * settings.inverse.gain_positive) << seed;
+    EXPECT_NEAR(gain, own, 0.03 * own) << seed;
+  }
+}
+
 TEST(MarginSweep, IntervalsOfTheClosedLoopFitCover) {
   constexpr int kTwins = 300;
   const ident::AxisSettings settings = known_settings();
