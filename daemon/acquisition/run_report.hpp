@@ -118,7 +118,7 @@ inline constexpr std::string_view kCompareWithRuler =
 /// The last cause of no_motion, which is none of a rig file without [following].
 inline constexpr std::string_view kWrongNull =
     "; if all is sound, null or dead band of [following], where the file has it, is wrong: `eha characterise` measures "
-    "both; if it trips, too: `eha characterise --without-following -o rig-bare.toml`, and its Next";
+    "both; where that is what tripped: `eha characterise --without-following -o rig-bare.toml`, and its Next";
 
 // What a description may end with, behind "; ", whatever the fault.
 inline constexpr std::string_view kRecordsLost = " records were lost because the writer was too slow";

@@ -255,7 +255,7 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     console.info(fmt::format(
         "checked with the rig of the service ({}), the rod at {:.3f} {}{}", rig.file_name,
         unit.factor("in") * *place_in, unit.of("in"),
-        service->is_moving && !command.place ? ", as a run is on and moves it; --at PLACE names another place" : ""));
+        service->is_moving && !command.place ? " at this moment, as a run is on and moves it; --at PLACE names where it will stand" : ""));
   }
   // --at says where a rod stands that this process does not simulate.
   const bool is_simulated_here = !service && !command.place && !hal::moves_machine(rig.backend);

@@ -118,9 +118,7 @@ std::optional<ServiceRig> rig_of_service(const std::filesystem::path& socket, co
     const nlohmann::ordered_json rod = status.value("rod", nlohmann::ordered_json());
     found.is_moving = !status.at("run").is_null();
     found.is_disarmed = status.at("reason").is_string();  // why it is not armed
-    if (!found.is_moving && rod.is_object() && rod.contains("displacement_in")) {
-      found.place_in = rod.at("displacement_in");
-    }
+    if (rod.is_object() && rod.contains("displacement_in")) found.place_in = rod.at("displacement_in");
     return found;
   } catch (const Error& error) {
     console.debug(error.what());

@@ -462,6 +462,7 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
     if (structure.structure.input_map.valve) {
       run.bent_map = bent_map(before.fit.model, own.front(), run, own[i]);
       widen_by_shift(run);
+      ident::widen_beside_other_changes(*run.change, !other_level(first, sources[i]).empty());
       const std::string level_differs = run.change->changed ? other_level(first, sources[i]) : "";
       if (!level_differs.empty() && is_beyond_other_level(run)) {
         comparison.notes.push_back(fmt::format("{} and {}: {}", first.name, sources[i].name, level_differs));

@@ -150,6 +150,7 @@ bool is_only_map_changed(const std::vector<ComparedSubject>& subjects) {
     // Something changed that no parameter shows.
     if (!subject.change->changed && !subject.first_model_holds) return false;
     for (const ident::ParameterChange& p : subject.change->parameters) {
+      if (p.may_have_changed()) return false;
       if (!p.changed) continue;
       has_changed = true;
       if (!ident::is_of_map(p.role)) return false;

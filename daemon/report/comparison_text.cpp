@@ -75,7 +75,26 @@ std::string changes_text(const ComparedSubject& first, const ComparedSubject& su
                                 p->after > p->before ? "+" : "", text.difference, text.half_width, unit));
   }
   const std::size_t more = changed.size() - texts.size();
-  return fmt::format("{}{}", fmt::join(texts, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+  std::string text = fmt::format("{}{}", fmt::join(texts, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+  for (const ident::ParameterChange& p : subject.change->parameters) {
+    if (!p.may_have_changed()) continue;
+    text += fmt::format("; perhaps {}, too, {} to {}{}", ident::shown_name(p.role, p.name),
+                        ident::value_text(p.name, p.before, first.model, p.of_noise),
+                        ident::value_text(p.name, p.after, subject.model, p.of_noise),
+                        ident::after_number(ident::unit_of(p, subject.model)));
+  }
+  return text;
+}
+
+/// How to learn whether a parameter changed that follows the map.
+std::string perhaps_too(const ident::PlantChange& change) {
+  std::vector<std::string> names;
+  for (const ident::ParameterChange& p : change.parameters) {
+    if (p.may_have_changed()) names.push_back(p.name);
+  }
+  if (names.empty()) return {};
+  return fmt::format(" Whether {} changed, too, the sheets of `eha characterise` before and after tell.",
+                     fmt::join(names, " and "));
 }
 
 /// Whether the map is all that changed, and the records show a leak, which does that.
@@ -135,7 +154,7 @@ std::string to_do_of(const ComparedSubject& subject) {
       }
       return "Record both with one experiment, of one length and about one place, and compare again.";
     case Finding::changed:
-      return advice_on({&*subject.change}, subject.map_cause, kUntilKnown);
+      return advice_on({&*subject.change}, subject.map_cause, kUntilKnown) + perhaps_too(*subject.change);
     case Finding::does_not_hold:
       return cause_sentence(subject) + " Fit a model to the new record before you rely on one.";
     case Finding::leaves_other:

@@ -118,7 +118,40 @@ void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model
   p.may_lead = may_lead && !p.follows.empty();
 }
 
+constexpr double kFarBeyondNoise = 5.0;
+constexpr double kMatters = 0.05;         // of the value before
+constexpr double kZoneByGain = 0.1;           // of half the dead band, for a gain that changed by all of itself
+constexpr double kZoneByPlace = 0.06;         // of half the dead band
+constexpr double kRatioByPlace = 0.01;    // of the ratio of the gains
+
 }  // namespace
+
+bool ParameterChange::may_have_changed() const noexcept {
+  const double moved = std::abs(after - before);
+  return !changed && !follows.empty() && moved > kFarBeyondNoise * of_noise && moved > kMatters * std::abs(before);
+}
+
+void widen_beside_other_changes(PlantChange& change, bool is_elsewhere) {
+  const auto with = [&](ParameterRole role) {
+    return std::find_if(change.parameters.begin(), change.parameters.end(),
+                        [&](const ParameterChange& p) { return p.role == role; });
+  };
+  const auto zone = with(ParameterRole::dead_band);
+  if (zone == change.parameters.end()) return;
+  const double half_V = std::max(std::abs(zone->before), std::abs(zone->after));
+  const auto gain = with(ParameterRole::numerator_coefficient);
+  const bool is_other_gain = gain != change.parameters.end() && gain->changed && std::abs(gain->before) > 0.0;
+  const double by_gain = is_other_gain ? kZoneByGain * std::abs(gain->after / gain->before - 1.0) : 0.0;
+  for (ParameterChange& p : change.parameters) {
+    if (!is_of_map(p.role)) continue;
+    const bool is_ratio = !is_of_dead_zone(p.role);
+    const double by_place = !is_elsewhere ? 0.0 : is_ratio ? kRatioByPlace * std::abs(p.before) : kZoneByPlace * half_V;
+    p.half_width += by_place + (is_ratio ? 0.0 : by_gain * half_V);
+    p.changed = p.changed && std::abs(p.after - p.before) > p.half_width;
+  }
+  change.changed = std::any_of(change.parameters.begin(), change.parameters.end(),
+                               [](const ParameterChange& p) { return p.changed; });
+}
 
 bool has_gain_at_rest(const Model& model) {
   return !model.input_map && comes_to_rest(model) && model.transfer_function.numerator.size() == 1;

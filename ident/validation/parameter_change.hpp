@@ -51,6 +51,9 @@ struct ParameterChange {
   std::vector<std::string> follows = {};  ///< changed parameters of the map that cause the rest of half_width
   bool may_lead = false;                  ///< the change, beyond noise, may be the cause of theirs instead
   Figure figure = Figure::parameter;
+
+  /// Whether it moved far beyond noise and by a share that matters, though the map that changed may have made that.
+  [[nodiscard]] bool may_have_changed() const noexcept;
 };
 
 /// The change of a plant between two models.
@@ -86,6 +89,12 @@ struct PlantChange {
 /// is then no more curved than the noise shows, and the intervals of the fits hold.
 /// @param level  0 < level < 1, for all parameters together
 [[nodiscard]] PlantChange compare_parameters(const Model& before, const Model& after, double level);
+
+/// Beside another change, what moves null, half dead band and ratio of a map is within their intervals: friction takes
+/// another share of a changed gain, and a cylinder is another one at another place of its rod. On the simulated rig a
+/// gain that falls by 20 % moves the null by 0.5 % of half the dead band, and another place half the dead band by 5 %.
+/// @param is_elsewhere  the records are about two places
+void widen_beside_other_changes(PlantChange& change, bool is_elsewhere);
 
 /// Leaves out what has another unit in the other model, as a coefficient of another order has, where the structures
 /// differ: there is no difference of a time and a time to the power 1.044. Of one structure nothing is left out.
