@@ -12,7 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/time_text.hpp"
+#include "ident/estimation/fit.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/record.hpp"
@@ -77,29 +79,34 @@ InputGap gap_around(const std::vector<double>& sizes, double limit) {
   return gap;
 }
 
-/// The structures that may describe a plant behind another input: that of an accepted first model, else the simple ones
-/// of the table.
+/// The structures that may describe a plant behind another input: that of an accepted first model, and the same behind
+/// a valve, else the simple ones of the table.
 std::vector<const IdentifiedModel*> simple_structures(const Identification& identification, const ident::Model& first) {
   constexpr std::array<std::string_view, 3> kSimple{"integrator_lag", "io1", "io"};
   std::vector<const IdentifiedModel*> found;
   for (const IdentifiedModel& one : identification.models) {
     const bool is_first = &one.result.model == &first;
     const bool is_simple = std::find(kSimple.begin(), kSimple.end(), one.structure.name) != kSimple.end();
-    if (first.verdict->accepted && !first.input_map ? is_first : is_simple) found.push_back(&one);
+    const bool is_behind_valve = one.structure.name == first.name + "_valve";
+    if (first.verdict->accepted ? is_first || is_behind_valve : is_simple) found.push_back(&one);
   }
   return found;
 }
 
-/// Fits structures to a record behind one shape of its input after another, and keeps what errs least.
-class ShapedInput {
+/// Fits structures to one shape of a record after another, and keeps what errs least.
+class ShapedRecord {
  public:
-  ShapedInput(const IdentificationTask& task, std::vector<const IdentifiedModel*> bases)
+  ShapedRecord(const IdentificationTask& task, std::vector<const IdentifiedModel*> bases)
       : task_(task), bases_(std::move(bases)) {}
 
   /// Whether it errs less than each shape before.
-  bool take(Eigen::VectorXd input) {
+  bool take_input(Eigen::VectorXd input) {
     ident::Record record = task_.record;
     record.input = std::move(input);
+    return take(record);
+  }
+
+  bool take(const ident::Record& record) {
     const IdentificationTask shaped = with_record(task_, record);
     const ident::PreparedRecord prepared(record, task_.options);
     bool is_better = false;
@@ -123,6 +130,7 @@ class ShapedInput {
     return true;
   }
 
+  [[nodiscard]] const ident::Model* best_so_far() const { return best_ ? &*best_ : nullptr; }
   ident::Model best() && { return std::move(*best_); }
 
  private:
@@ -139,7 +147,86 @@ Eigen::VectorXd powered(const Eigen::VectorXd& input, double power) {
       [&](double u) { return std::copysign(greatest * std::pow(std::abs(u) / greatest, power), u); });
 }
 
+/// What is behind a play of a width: it stands while its drive is within the gap.
+Eigen::VectorXd behind_play(const Eigen::VectorXd& drive, double width) {
+  Eigen::VectorXd moved = drive;
+  for (Eigen::Index k = 1; k < drive.size(); ++k) {
+    moved[k] = std::clamp(moved[k - 1], drive[k] - 0.5 * width, drive[k] + 0.5 * width);
+  }
+  return moved;
+}
+
+/// A record's output with the play taken out that its sensor has beside a model's output: to first order.
+std::optional<ident::Record> without_play(const ident::Record& record, const ident::Model& model, double width,
+                                          ident::FitOptions options) {
+  options.decimation = 1;
+  try {
+    const ident::OutputOfModel output = ident::output_of(model, record, options);
+    if (output.simulated.size() > record.output.size()) return std::nullopt;
+    ident::Record corrected = record;
+    // The rows before the first compared one are left as they are.
+    corrected.output.tail(output.simulated.size()) += output.simulated - behind_play(output.simulated, width);
+    return corrected;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+constexpr std::array kPlays{0.003, 0.006, 0.012, 0.025, 0.05, 0.1};  // of the range of what drives it
+constexpr std::array kPlaySteps{1.5, 1.25, 1.12, 1.06};
+
+constexpr double kMostWithPlay = 0.7;  // of the error on unseen data
+
+double range_of(const Eigen::VectorXd& values) { return values.maxCoeff() - values.minCoeff(); }
+
+/// The width of a play that errs least; 0 where none errs clearly less than none.
+template <typename Take>
+double play_that_errs_least(ShapedRecord& shaped, double range, const Take& take_width) {
+  double best = 0.0;
+  const auto take = [&](double width) {
+    if (take_width(width)) best = width;
+  };
+  for (const double share : kPlays) take(share * range);
+  if (!shaped.keep_best_structure()) return 0.0;
+  for (const double factor : kPlaySteps) {
+    const double found = best;
+    take(found / factor);
+    take(found * factor);
+  }
+  return best;
+}
+
 }  // namespace
+
+std::optional<Trial> trial_of_play(const IdentificationTask& task, const Identification& identification,
+                                   const ident::Model& first) {
+  const std::vector<const IdentifiedModel*> bases = simple_structures(identification, first);
+  const ident::Record& record = task.record;
+  ShapedRecord at_input(task, bases);
+  const double of_input = play_that_errs_least(at_input, range_of(record.input), [&](double width) {
+    return at_input.take_input(behind_play(record.input, width));
+  });
+  ShapedRecord at_output(task, bases);
+  const double of_output = play_that_errs_least(at_output, range_of(record.output), [&](double width) {
+    const ident::Model& beside = at_output.best_so_far() != nullptr ? *at_output.best_so_far() : first;
+    const auto corrected = without_play(record, beside, width, task.options);
+    return corrected && at_output.take(*corrected);
+  });
+  if (!(of_input > 0.0) && !(of_output > 0.0)) return std::nullopt;
+  const bool is_of_input =
+      of_input > 0.0 && (!(of_output > 0.0) ||
+                         ident::shown_mse(*at_input.best_so_far()) < ident::shown_mse(*at_output.best_so_far()));
+  const std::optional<double> over =
+      ident::error_over(*(is_of_input ? at_input : at_output).best_so_far(), first);
+  if (!over || *over > kMostWithPlay) return std::nullopt;
+  const ident::Channel& channel = is_of_input ? record.input_channel : record.output_channel;
+  const std::string width =
+      fmt::format("{:.2g}{}", is_of_input ? of_input : of_output, ident::after_number(channel.unit));
+  return Trial{std::move(is_of_input ? at_input : at_output).best(),
+               {.kind = ident::ExplanationKind::play,
+                .has = width + (is_of_input ? " between the input and the plant" : " between the plant and its sensor"),
+                .options = {}}};
+}
 
 std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const Identification& identification,
                                          const ident::Model& first) {
@@ -153,11 +240,11 @@ std::optional<Trial> trial_of_saturation(const IdentificationTask& task, const I
     const auto at = static_cast<std::size_t>((1.0 - share) * static_cast<double>(sizes.size() - 1));
     return sizes[at];
   };
-  ShapedInput shaped(task, simple_structures(identification, first));
+  ShapedRecord shaped(task, simple_structures(identification, first));
   double best_share = 0.0;
   double best_limit = 0.0;
   const auto take_limit = [&](double limit) {
-    if (!shaped.take(clipped(input, middle, limit))) return false;
+    if (!shaped.take_input(clipped(input, middle, limit))) return false;
     best_limit = limit;
     return true;
   };
@@ -201,10 +288,10 @@ std::optional<Trial> trial_of_power(const IdentificationTask& task, const Identi
                                     const ident::Model& first) {
   const Eigen::VectorXd& input = task.record.input;
   if (!(input.cwiseAbs().maxCoeff() > 0.0)) return std::nullopt;
-  ShapedInput shaped(task, simple_structures(identification, first));
+  ShapedRecord shaped(task, simple_structures(identification, first));
   double best_power = 1.0;
   const auto take = [&](double power) {
-    if (shaped.take(powered(input, power))) best_power = power;
+    if (shaped.take_input(powered(input, power))) best_power = power;
   };
   for (const double power : kPowers) take(power);
   if (!shaped.keep_best_structure()) return std::nullopt;

@@ -21,6 +21,7 @@
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
 #include "ident/record.hpp"
+#include "ident/statistics/robust.hpp"
 #include "ident/structure/structures.hpp"
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/explanation.hpp"
@@ -195,6 +196,20 @@ bool may_saturate(const ident::Model& first) {
   return falls || (!first.validation->jump && !first.verdict->accepted && wants_more_poles(first));
 }
 
+/// Whether a play may be what the first model errs by: it errs several times as much as the sensor's readings scatter
+/// from row to row, whatever the tests say.
+bool may_have_play(const IdentificationTask& task, const ident::Model& first) {
+  constexpr double kOverScatter = 3.0;
+  constexpr Eigen::Index kFewest = 300;
+  const Eigen::VectorXd& y = task.record.output;
+  if (first.grey_box || !first.verdict->accepted || !first.validation || y.size() < kFewest) return false;
+  if (first.validation->end_stop || first.validation->jump || ident::rounding_makes_most(first)) return false;
+  std::vector<double> second;
+  for (Eigen::Index k = 1; k + 1 < y.size(); ++k) second.push_back(y[k - 1] - 2.0 * y[k] + y[k + 1]);
+  const double scatter = ident::robust_std(std::move(second)) / std::sqrt(6.0);
+  return ident::shown_mse(first) > kOverScatter * kOverScatter * scatter * scatter;
+}
+
 /// Notes that the trial explains what the models leave over, where it errs clearly less than they do.
 void note_on_models(const Trial& trial, Identification& identification) {
   const ident::ValidationReport& seen = *trial.model.validation;
@@ -243,7 +258,7 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (!best || ident::shown_mse(trial->model) < ident::shown_mse(best->model)) best = std::move(trial);
   };
   bool any = false;
-  const double trials = static_cast<double>(kinds.size()) + 3.0;  // more poles, a limit and a power of the input
+  const double trials = static_cast<double>(kinds.size()) + 4.0;  // more poles, a play, a limit and a power of the input
   double begun = 0.0;
   const auto say = [&](const std::string& what) {
     if (progress && begun <= 0.0) progress(0.0, "what the models leave over: structures beside the ladder are tried\n");
@@ -286,7 +301,10 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     std::optional<Trial> trial = trial_of_input(task, identification, *first);
     if (trial && !is_made_up_for(identification, trial->model)) keep_better(std::move(trial));
   };
-  if (is_open && may_saturate(*first)) try_input("an input that saturates", trial_of_saturation);
+  // Friction takes a part of a play's error, and of a limit's, but less well than they do.
+  const bool may_be_other = is_open || (best && best->model.grey_box);
+  if (may_be_other && may_have_play(task, *first)) try_input("a play", trial_of_play);
+  if (may_be_other && may_saturate(*first)) try_input("an input that saturates", trial_of_saturation);
   if (may_bend) try_input("a gain that is curved", trial_of_power);
   if (best && best->explanation.kind == ident::ExplanationKind::power) {
     for (IdentifiedModel& one : identification.models) one.result.model.provenance.erase(ident::kGreyBoxHolds);

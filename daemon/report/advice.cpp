@@ -44,6 +44,8 @@ std::string against_error(const ident::Model& model) {
         return "The plant saturates: " + in_box;
       case ident::ExplanationKind::power:
         return "The plant's gain is curved: " + in_box;
+      case ident::ExplanationKind::play:
+        return "The plant has a play: " + in_box;
     }
   }
   switch (ident::error_cause(model, *model.verdict)) {

@@ -15,7 +15,7 @@ namespace eha::ident {
 namespace {
 
 constexpr const char* kKind = "explained_by_kind";
-constexpr std::array<std::string_view, 3> kKindNames{"structure", "limit", "power"};
+constexpr std::array<std::string_view, 4> kKindNames{"structure", "limit", "power", "play"};
 constexpr const char* kHas = "explained_by";
 constexpr const char* kOptions = "explained_by_options";
 constexpr const char* kRatio = "explained_by_error_ratio";
@@ -67,6 +67,13 @@ void forget_explanation(Model& model) {
 }
 
 std::string sentence_of(const Explanation& explanation) {
+  if (explanation.kind == ExplanationKind::play) {
+    return fmt::format(
+        "There is a play (backlash, hysteresis) of about {}: with it a structure errs {} times as much on unseen data, "
+        "and no structure here has it; mend what is loose there and record again. The time constants, dead times and "
+        "dead band of this model hold a part of it.",
+        explanation.has, explanation.ratio);
+  }
   if (explanation.kind == ExplanationKind::power) {
     return fmt::format(
         "The plant's gain is curved: behind the power sign(u) |u|^{} of the input a structure errs {} times as much on "

@@ -13,12 +13,14 @@ enum class ExplanationKind {
   structure,  ///< one beside those of the table
   limit,      ///< the input saturates, which no structure has
   power,      ///< the gain is curved, which no structure has
+  play,       ///< at the input or before the sensor, which no structure has
 };
 
 /// What explains the rest that a model leaves over: a fit of it to the same record holds.
 struct Explanation {
   ExplanationKind kind = ExplanationKind::structure;
-  /// What it has more: "dry friction", "3 poles and 2 zeros"; the limits of the input, or its power.
+  /// What it has more: "dry friction", "3 poles and 2 zeros"; the limits of the input, its power, or
+  /// the width and the place of a play.
   std::string has;
   /// Of `eha fit`: "--model friction"; of a limit "--from 12 --to 48", a part of the record within it. Empty without.
   std::string options;

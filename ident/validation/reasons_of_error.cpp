@@ -167,6 +167,8 @@ std::string Reasons::against_explanation() const {
       return "record as said above.";
     case ExplanationKind::power:
       return "fit that power as said above.";
+    case ExplanationKind::play:
+      return "mend what is loose, as said above.";
   }
   return {};
 }

@@ -17,6 +17,7 @@
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {
@@ -220,7 +221,10 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
     }
   }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
-  if (validation.input_noise) {
+  if (const auto told = explanation(model); told && told->kind == ExplanationKind::play) {
+    // What is left beside the play is the noise that the model is held against.
+    judgement.criterion(Kind::error_over_noise, 1.0 / std::stod(told->ratio), kGreatestErrorOverNoise, false);
+  } else if (validation.input_noise) {
     // It differs between the periods of the input, and that of the output does not show it.
   } else if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.

@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "daemon/identify/judging.hpp"
@@ -190,6 +191,36 @@ TEST(StructureTrial, FindsALimitBetweenTheLevelsOfTheInput) {
   EXPECT_EQ(explained->has.rfind("+-", 0), 0U) << explained->has;
   EXPECT_NEAR(std::stod(explained->has.substr(2)), 2.0, 0.11);
   EXPECT_NE(explained->has.find("(between its levels of 1.4 and 2.8"), std::string::npos) << explained->has;
+}
+
+/// What is behind a play of a width.
+Eigen::VectorXd behind_play(const Eigen::VectorXd& drive, double width) {
+  Eigen::VectorXd moved = drive;
+  for (Eigen::Index k = 1; k < drive.size(); ++k) {
+    moved[k] = std::clamp(moved[k - 1], drive[k] - 0.5 * width, drive[k] + 0.5 * width);
+  }
+  return moved;
+}
+
+TEST(StructureTrial, FindsAPlayAtTheInputAndBeforeTheSensor) {
+  const ident::TransferFunction lag{{{4.0, 0.0}}, {{0.1, 1.0}, {1.0, 0.0}}, 0.0};
+  const Eigen::VectorXd input = levels(5.0, 3);
+  Source spool = record_of(lag, behind_play(input, 0.5));
+  spool.record.input = input;
+  Source coupling = record_of(lag, input);
+  const Eigen::VectorXd clean = ident::simulate(lag, input, kMadeStep_s);
+  coupling.record.output += behind_play(clean, 1.5) - clean;
+  for (const auto& [source, width, place] : {std::tuple(spool, 0.5, " between the input and the plant"),
+                                             {coupling, 1.5, " between the plant and its sensor"}}) {
+    const ident::Model model = model_of(source, ident::structures::io1());
+    const auto explained = ident::explanation(model);
+    ASSERT_TRUE(explained) << place;
+    EXPECT_EQ(explained->kind, ident::ExplanationKind::play);
+    EXPECT_NEAR(std::stod(explained->has), width, 0.12 * width) << explained->has;
+    EXPECT_NE(explained->has.find(place), std::string::npos) << explained->has;
+    EXPECT_TRUE(model.verdict->reasons.front().starts_with("There is a play")) << model.verdict->reasons.front();
+    EXPECT_TRUE(ident::may_miss_a_part(*model.verdict)) << "its intervals are lower bounds";
+  }
 }
 
 TEST(StructureTrial, NamesThePartOfARecordWithinALimitOfTheInput) {
