@@ -60,6 +60,11 @@ class VoltsCsv {
     read_header();
     for (auto line = next_line(); line; line = next_line()) {
       const std::vector<std::string_view> fields = fields_of(*line);
+      const bool ends_empty = fields.size() == columns_ + 1 && fields.back().empty();
+      if (fields.size() > columns_ && !ends_empty) {
+        refuse(fmt::format("expected {} fields as in the header, got {}; numbers have a decimal point, no comma",
+                           columns_, fields.size()));
+      }
       if (file.volts_V.size() == kMostRows) refuse(fmt::format("expected at most {} rows", kMostRows));
       file.volts_V.push_back(number(fields, volts_column_, kVoltsColumn));
       if (time_column_) {
@@ -115,6 +120,7 @@ class VoltsCsv {
     const auto header = next_line();
     std::optional<std::size_t> volts_column;
     const std::vector<std::string_view> names = header ? fields_of(*header) : std::vector<std::string_view>();
+    columns_ = names.size();
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (names[i] == kVoltsColumn) volts_column = i;
       if (names[i] == kTimeColumn) time_column_ = i;
@@ -153,6 +159,7 @@ class VoltsCsv {
   std::ifstream stream_;
   std::string line_ = std::string(kLongestTableLine + 1, '\0');
   std::size_t line_number_ = 0;
+  std::size_t columns_ = 0;
   std::size_t volts_column_ = 0;
   std::optional<std::size_t> time_column_;
   std::vector<double> times_s_;

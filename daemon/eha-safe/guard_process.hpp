@@ -13,7 +13,6 @@ namespace eha {
 
 /// Memory shared with the guard (GuardPage) that the service leaves behind, beside the snapshot; in its folder of /run.
 inline constexpr const char* kPageFile = "guard.page";
-inline constexpr const char* kServicePage = "/run/ehad/guard.page";
 
 /// A process that makes the rig safe when this one ends without sending `done`, SIGKILL included: `eha-safe --guard`.
 /// With a page it also switches the hydraulics off if the loop stalls, and saves the rows that were not yet written

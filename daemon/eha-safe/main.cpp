@@ -38,9 +38,9 @@ void ignore_group_signals() {
 
 /// Whether the service's snapshot is absent: then it drove no card, or the card has been made safe. The service writes
 /// it before it drives a card; eha-safe removes it afterwards.
-bool nothing_is_driven() {
+bool nothing_is_driven(const std::filesystem::path& snapshot) {
   std::error_code error;
-  return std::filesystem::status(eha::hal::kServiceSnapshot, error).type() == std::filesystem::file_type::not_found;
+  return std::filesystem::status(snapshot, error).type() == std::filesystem::file_type::not_found;
 }
 
 eha::hal::SafeAction load_action(const std::string& file) {
@@ -159,10 +159,11 @@ int guard(const std::string& file, std::optional<Page>& page) {
 }
 
 /// Returns the page that the service left behind, if any.
-std::optional<Page> service_page() {
+std::optional<Page> page_beside(const std::filesystem::path& snapshot) {
   std::optional<Page> page;
   try {
-    if (std::filesystem::exists(eha::kServicePage)) page.emplace(eha::kServicePage);
+    const std::filesystem::path file = snapshot.parent_path() / eha::kPageFile;
+    if (std::filesystem::exists(file)) page.emplace(file);
   } catch (const std::exception& error) {
     std::cerr << "eha-safe: " << error.what() << "\n";
   }
@@ -175,12 +176,20 @@ int make_safe(const std::string& file) {
   return 0;
 }
 
+/// Whether a snapshot is one that a service writes beside its socket, in a folder that is there: that it is missing then
+/// says that nothing is driven. Any other name may be mistyped.
+bool is_of_service(const std::filesystem::path& snapshot) {
+  std::error_code unknown;
+  return snapshot.filename() == std::filesystem::path(eha::hal::kServiceSnapshot).filename() &&
+         (snapshot == eha::hal::kServiceSnapshot || std::filesystem::is_directory(snapshot.parent_path(), unknown));
+}
+
 /// Run by systemd after the service: makes its card safe, if it had one, and saves the rows that its guard has not
 /// saved.
-int follow_service() {
-  std::optional<Page> page = service_page();
-  if (nothing_is_driven()) {
-    std::cerr << "eha-safe: " << eha::hal::kServiceSnapshot
+int follow_service(const std::filesystem::path& snapshot) {
+  std::optional<Page> page = page_beside(snapshot);
+  if (nothing_is_driven(snapshot)) {
+    std::cerr << "eha-safe: " << snapshot.string()
               << " is not there: the service drives no card, or it has been made safe\n";
     if (page) page->save_rows();
     for (const std::filesystem::path& other : eha::find_local_snapshots()) {
@@ -190,11 +199,11 @@ int follow_service() {
     }
     return 0;
   }
-  const eha::hal::SafeAction rig = load_action(eha::hal::kServiceSnapshot);
+  const eha::hal::SafeAction rig = load_action(snapshot.string());
   tell_safe(rig, act(rig, page));
   // Removed only here, not by a guard: after the service's guard ExecStopPost=eha-safe still needs the file.
   std::error_code ignored;  // making a safe rig safe again does no harm
-  std::filesystem::remove(eha::hal::kServiceSnapshot, ignored);
+  std::filesystem::remove(snapshot, ignored);
   return 0;
 }
 
@@ -233,7 +242,7 @@ int main(int argc, char** argv) {
       if (named->empty() && !page) throw CLI::RequiredError("SNAPSHOT or --page");
       return guard(named->empty() ? "" : file, page);
     }
-    return named->empty() || file == eha::hal::kServiceSnapshot ? follow_service() : make_safe(file);
+    return is_of_service(file) ? follow_service(file) : make_safe(file);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(eha::ExitCode::usage);
   } catch (const eha::Error& error) {

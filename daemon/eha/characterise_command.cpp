@@ -120,8 +120,9 @@ config::RigConfig rig_to_complete(const sheet::RunSheet& run, NewRigFile& rig_fi
 
 /// The rig file to write for an earlier run: the named one completed, else that of the service, else the default one.
 NewRigFile new_rig_file(const CharacteriseCommand& command, const Console& console) {
-  if (command.rig_file) return {command.output, "", *command.rig_file, true};
-  NewRigFile file{command.output, rig_file_of_service(command.socket, console)};
+  if (command.rig_file) return {.path = command.output, .completes = *command.rig_file, .is_named = true};
+  NewRigFile file{
+      .path = command.output, .replaces = rig_file_of_service(command.socket, console), .socket = command.socket};
   if (const auto usual = default_rig_file(); file.replaces.empty() && usual) file.completes = usual->string();
   return file;
 }
@@ -216,7 +217,7 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
                    rig_file->replaces.empty()
                        ? check
                        : fmt::format("{} && {}", check,
-                                     put_in_force(rig_file->path, rig_file->replaces, control::default_socket()))};
+                                     put_in_force(rig_file->path, rig_file->replaces, rig_file->socket))};
   }
   if (wanted == SheetFiles::write) {
     for (const std::string& sentence : sheet::write_sheet(run, unit)) console.warning(sentence);

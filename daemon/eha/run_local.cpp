@@ -60,6 +60,13 @@ struct EarlierRuns {
   std::optional<play::FinishedRun> last = {};
 };
 
+/// Of a machine all runs of this process, so that a command of several steps, as eha commission, knows where the one
+/// before left the rod. A simulated rod begins anew.
+EarlierRuns& earlier_runs_on(const config::RigConfig& rig, EarlierRuns& own) {
+  static EarlierRuns of_machine;
+  return hal::moves_machine(rig.backend) ? of_machine : own;
+}
+
 /// The hydraulics were off since the run before, and nobody read the rod. @throws DeviceError
 void require_rod_at_rest(const EarlierRuns& earlier, double place_in, const DisplayUnit& unit) {
   if (!earlier.last) return;
@@ -247,7 +254,8 @@ bool is_sound(const Acquired& acquired) {
 ExitCode play_in_turn(const RunCommand& command, const config::RigConfig& rig, const std::vector<PlannedRun>& planned,
                       Console& console) {
   console.keep_documents();
-  EarlierRuns earlier;
+  EarlierRuns of_command;
+  EarlierRuns& earlier = earlier_runs_on(rig, of_command);
   ExitCode code = ExitCode::ok;
   std::vector<std::string> rest;
   // A machine is not left unwatched for the fit of a run before the next one is played.
@@ -356,7 +364,8 @@ ExitCode run_in_this_process(const RunCommand& command, Console& console) {
   }
   recover_earlier_runs(command.output, console);
   if (planned.size() > 1) return play_in_turn(command, rig, planned, console);
-  EarlierRuns earlier;
+  EarlierRuns of_command;
+  EarlierRuns& earlier = earlier_runs_on(rig, of_command);
   const Acquired acquired = record_one(command, rig, planned.front(), earlier, console);
   return conclude(command, rig, planned.front().experiment.config, acquired, console);
 }

@@ -18,6 +18,7 @@
 
 #include "core/error.hpp"
 #include "daemon/control/client.hpp"
+#include "daemon/control/socket_path.hpp"
 #include "daemon/eha/command.hpp"
 #include "daemon/eha/command_list.hpp"
 #include "daemon/eha/length_argument.hpp"
@@ -200,6 +201,26 @@ void print_numbers(const Json& numbers, const char* done, const char* none, cons
   for (const Json& entry : numbers) console.print(fmt::format("experiment {} {}", entry.get<std::int64_t>(), done));
 }
 
+/// The sockets of other services in folders beside this one and in /run that say in a snapshot that they drive a card:
+/// a stop that reaches the wrong service has to say so.
+std::vector<std::filesystem::path> driven_beside(const std::filesystem::path& socket) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> found;
+  std::error_code unknown;
+  const fs::path own = fs::absolute(socket, unknown).lexically_normal();
+  for (const fs::path& around : {fs::path(control::kDefaultSocket).parent_path().parent_path(),
+                                 own.parent_path().parent_path()}) {
+    fs::directory_iterator folders(around, fs::directory_options::skip_permission_denied, unknown);
+    for (; !unknown && folders != fs::directory_iterator(); folders.increment(unknown)) {
+      const fs::path other = folders->path() / own.filename();
+      std::error_code ignored;
+      if (other == own || !fs::exists(folders->path() / "safe.json", ignored) || !fs::exists(other, ignored)) continue;
+      if (std::find(found.begin(), found.end(), other) == found.end()) found.push_back(other);
+    }
+  }
+  return found;
+}
+
 /// Prints an answer, and the next step.
 /// @param way  for arm: what comes before any experiment, as the move of a rod near a limit; empty: nothing
 void print_answer(const ServiceCommand& command, const Json& answer, const std::string& way, const Console& console) {
@@ -242,14 +263,21 @@ void print_answer(const ServiceCommand& command, const Json& answer, const std::
     console.print("disarmed");
   } else if (command.method == "stop") {
     const std::string what = answer.at("stopped");
-    console.print(what == "nothing"       ? "nothing was running"
-                  : what == "disarmed"    ? "nothing was running; the rig is disarmed"
-                  : what == "ramping_out" ? "ramping out; eha stop again makes the rig safe at once"
-                                          : "the rig is made safe at once");
+    const std::string of = command.socket == control::default_socket() ? "" : " at " + command.socket.string();
+    console.print(what == "nothing"       ? "nothing was running" + of
+                  : what == "disarmed"    ? fmt::format("nothing was running{}; the rig is disarmed", of)
+                  : what == "ramping_out" ? fmt::format("ramping out{}; `{}` again makes the rig safe at once", of,
+                                                        through(command.socket, "eha stop"))
+                                          : fmt::format("the rig{} is made safe at once", of));
+    if (what == "nothing" || what == "disarmed") {
+      for (const std::filesystem::path& other : driven_beside(command.socket)) {
+        console.warning(fmt::format("another rig is driven on this machine: `{}`", through(other, "eha stop")));
+      }
+    }
     if (what != "nothing") {
-      console.print(
-          fmt::format("{}what waited in the queue is held, and starts only after `eha arm` and `eha queue release`",
-                      what == "disarmed" ? "" : "afterwards the rig is disarmed; "));
+      console.print(fmt::format("{}what waited in the queue is held, and starts only after `{}` and `{}`",
+                                what == "disarmed" ? "" : "afterwards the rig is disarmed; ",
+                                through(command.socket, "eha arm"), through(command.socket, "eha queue release")));
       next("eha status");
     }
   } else if (command.method == "reload") {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "daemon/control/socket_path.hpp"
 #include "daemon/eha/console.hpp"
 #include "daemon/record/open_run.hpp"
 
@@ -19,6 +20,7 @@ struct NewRigFile {
   std::filesystem::path path;  ///< must not exist yet
   std::string replaces = {};   ///< the rig file that the service uses; empty: no service
   std::string completes = {};  ///< without a service: the rig file in use; empty: that of the run
+  std::filesystem::path socket = control::default_socket();  ///< of that service
   bool is_named = false;       ///< `completes` is what the user asked for
 };
 

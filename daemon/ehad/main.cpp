@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/os/standard_streams.hpp"
+#include "daemon/ehad/left_card.hpp"
 #include "daemon/ehad/log.hpp"
 #include "daemon/ehad/own_folders.hpp"
 #include "daemon/ehad/service.hpp"
@@ -30,6 +31,7 @@ ExitCode run_program(int argc, char** argv) {
       std::cout << text << std::flush;
       return std::cout ? ExitCode::ok : ExitCode::io;
     }
+    eha::service::make_left_card_safe(options->socket);
     eha::service::prepare_folders(*options);
     eha::service::Service(*options).run();
     return ExitCode::ok;

@@ -289,9 +289,10 @@ const Entry* Queue::open_fault() const {
   return newest;
 }
 
-std::vector<EntryId> Queue::clear(bool Entry::*mark) {
+std::vector<EntryId> Queue::clear(bool Entry::*mark, const std::optional<std::pair<double, double>>& in_force) {
   std::vector<EntryId> changed;
   for (auto& [id, entry] : entries_) {
+    if (in_force && !is_same_place(entry.calibration.value_or(*in_force), *in_force)) continue;
     if (std::exchange(entry.*mark, false)) changed.push_back(id);
   }
   return changed;
@@ -322,9 +323,13 @@ std::vector<EntryId> Queue::missed_motion(const std::pair<double, double>& in_fo
   return missed;
 }
 
-std::vector<EntryId> Queue::forget_missed_motion() { return clear(&Entry::missed_motion); }
+std::vector<EntryId> Queue::forget_missed_motion(const std::pair<double, double>& in_force) {
+  return clear(&Entry::missed_motion, in_force);
+}
 
-std::vector<EntryId> Queue::close_slips() { return clear(&Entry::has_open_slip); }
+std::vector<EntryId> Queue::close_slips(const std::pair<double, double>& in_force) {
+  return clear(&Entry::has_open_slip, in_force);
+}
 
 std::vector<EntryId> Queue::forget_old(EntryId kept) {
   auto over = static_cast<std::size_t>(

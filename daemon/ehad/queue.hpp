@@ -153,18 +153,19 @@ class Queue {
   [[nodiscard]] const Entry* open_slip(const std::pair<double, double>& in_force) const;
   /// Returns the entries that missed_motion by the calibration in force.
   [[nodiscard]] std::vector<EntryId> missed_motion(const std::pair<double, double>& in_force) const;
-  /// Forgets all of them. @returns the entries that have changed
-  std::vector<EntryId> forget_missed_motion();
-  /// Closes every open slip. @returns the entries that have changed
-  std::vector<EntryId> close_slips();
+  /// Forgets these; those by another calibration stay for the day when that is in force again. @returns the entries that
+  /// have changed
+  std::vector<EntryId> forget_missed_motion(const std::pair<double, double>& in_force);
+  /// Closes every open slip by the calibration in force, as above. @returns the entries that have changed
+  std::vector<EntryId> close_slips(const std::pair<double, double>& in_force);
 
   /// Removes the oldest finished entries beyond kMostOver, but never `kept` nor one with an open slip or missed motion.
   /// @returns their numbers
   std::vector<EntryId> forget_old(EntryId kept);
 
  private:
-  /// Takes a mark from every entry. @returns the entries that had it
-  std::vector<EntryId> clear(bool Entry::*mark);
+  /// Takes a mark from the entries of a calibration, or from all. @returns the entries that had it
+  std::vector<EntryId> clear(bool Entry::*mark, const std::optional<std::pair<double, double>>& in_force = {});
 
   std::map<EntryId, Entry> entries_;
   EntryId next_id_ = 1;

@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/os/files.hpp"
 #include "core/program_path.hpp"
+#include "daemon/ehad/left_card.hpp"
 #include "daemon/ehad/recovery.hpp"
 #include "hal/backends/backend.hpp"
 
@@ -50,7 +51,7 @@ Supervisor::Supervisor(const Options& options, control::EventLoop& loop, Notifie
       inhibitor_("ehad", {[this] { mailbox_.post([this] { prepare_for_sleep(); }); },
                           [](const std::string& why) { spdlog::warn("{}", undelayed_suspend_text(why)); }}),
       // The snapshot is beside the socket, where ExecStopPost=eha-safe finds it after any end of this process.
-      rig_(RigKeeper::load(options.rig_file), options.socket.parent_path() / "safe.json", mailbox_) {
+      rig_(RigKeeper::load(options.rig_file), snapshot_beside(options.socket), mailbox_) {
   os::create_folders(runs_folder());
   // Files of a check that was running when the program died.
   std::error_code ignored;

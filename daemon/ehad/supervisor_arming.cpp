@@ -117,11 +117,11 @@ void Supervisor::require_no_missed_motion() const {
 }
 
 void Supervisor::forget_missed_motion() {
-  for (const EntryId id : queue_.forget_missed_motion()) save(*queue_.find(id));
+  for (const EntryId id : queue_.forget_missed_motion(rig_.calibration())) save(*queue_.find(id));
 }
 
 void Supervisor::close_slips() {
-  const std::vector<EntryId> changed = queue_.close_slips();
+  const std::vector<EntryId> changed = queue_.close_slips(rig_.calibration());
   for (const EntryId id : changed) save(*queue_.find(id));
   if (!changed.empty()) rig_.forget_slips();
 }
@@ -175,8 +175,10 @@ void Supervisor::arm(const Peer& peer, const control::ArmCall& call, Answer answ
       spdlog::info("armed by {} (uid {}, pid {}) for {} min", peer.user, peer.uid, peer.pid, Lease::kDuration.count());
       disarmed_because_.clear();
       stopped_because_.clear();
-      if (rig_.moves_machine()) close_slips();
-      if (rig_.moves_machine() && has_ruler) forget_missed_motion();
+      if (rig_.moves_machine() && has_ruler) {
+        close_slips();
+        forget_missed_motion();
+      }
       for (const EntryId id : queue_.close_faults()) save(*queue_.find(id));
       Json armed = armed_answer(peer.uid);
       if (!fault.empty()) armed["acknowledged"] = fault;

@@ -2,6 +2,7 @@
 #include "daemon/record/journal.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -304,8 +305,12 @@ void JournalWriter::begin_in_page() {
   if (page_ == nullptr) return;
   struct stat facts {};
   if (::fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", path_, errno);
+  // Through a descriptor of this process the path would lead no other one to the file.
+  std::error_code unknown;
+  const std::filesystem::path real = std::filesystem::read_symlink(fmt::format("/proc/self/fd/{}", file_.get()), unknown);
+  const std::filesystem::path path = unknown ? std::filesystem::absolute(path_) : real;
   // open() would not accept a path that is too long for the page.
-  static_cast<void>(page_->begin_journal(std::filesystem::absolute(path_).c_str(), facts.st_dev, facts.st_ino,
+  static_cast<void>(page_->begin_journal(path.c_str(), facts.st_dev, facts.st_ino,
                                          {.bytes = good_size_, .rows = 0, .index = 0}));
 }
 

@@ -62,8 +62,6 @@ std::vector<std::string> narrower_limits(const config::RigConfig& in_force, cons
 void require_no_narrower_limits(const config::RigConfig& in_force, const std::filesystem::path& file,
                                 std::string_view remedy) {
   std::vector<std::string> narrower;
-  std::error_code unknown;
-  if (!std::filesystem::exists(file, unknown)) return;
   try {
     narrower = narrower_limits(in_force, config::load_rig(file.string()));
   } catch (const ConfigError& error) {
@@ -71,8 +69,11 @@ void require_no_narrower_limits(const config::RigConfig& in_force, const std::fi
         fmt::format("{} was edited since it was read, and is not valid now, so that nobody can tell the limits that it "
                     "means; nothing moves on those of before: correct it ({}), then {}",
                     file.string(), error.what(), remedy));
-  } catch (const Error&) {  // it cannot be read
-    return;
+  } catch (const Error& error) {
+    throw ConfigError(
+        fmt::format("{} cannot be read any more, so that nobody can tell the limits that it has now ({}); nothing moves "
+                    "on those of before: put it back, readable for the service, then {}",
+                    file.string(), error.what(), remedy));
   }
   if (narrower.empty()) return;
   throw ConfigError(

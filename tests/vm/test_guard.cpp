@@ -8,6 +8,8 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -134,6 +136,19 @@ TEST(EhaSafe, SwitchesOffAtOnceAndWritesTheSafeVoltageAfterTheLock) {
   end(driver);
   EXPECT_EQ(helper.wait(), 0) << helper.output();
   EXPECT_TRUE(wire_is_safe());
+}
+
+TEST(Ehad, MakesACardSafeThatWasLeftThoughItCannotStart) {
+  const std::filesystem::path folder = "/tmp/left";
+  std::filesystem::create_directory(folder);
+  const pid_t driver = start_driver(Guarded::no);
+  std::filesystem::copy_file(kSnapshot, folder / "safe.json");
+  end(driver);
+  ASSERT_TRUE(driven());
+  EXPECT_NE(std::system("/usr/sbin/ehad --rig /tmp/left/none.toml --state /tmp/left/state --socket /tmp/left/ehad.sock"), 0);
+  EXPECT_FALSE(enabled());
+  EXPECT_FALSE(valve_driven());
+  EXPECT_FALSE(std::filesystem::exists(folder / "safe.json"));
 }
 
 TEST(EhaSafe, FailsLoudlyWhenTheLockIsNeverReleased) {

@@ -2,6 +2,7 @@
 #include "daemon/record/journal.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,8 +11,11 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <memory>
 
 #include "core/error.hpp"
+#include "core/guard_page.hpp"
+#include "core/os/file_descriptor.hpp"
 #include "tests/unit/record/some_ticks.hpp"
 #include "tests/unit/small_disk.hpp"
 #include "tests/unit/temporary_folder.hpp"
@@ -91,6 +95,15 @@ TEST_F(Journal, GivesBackWhatWasWritten) {
   EXPECT_EQ((*facts.end)["outcome"], "completed");
   EXPECT_EQ(facts.rows, 35u);
   EXPECT_EQ(facts.torn_bytes, 0u);
+}
+
+/// The service holds the folder of a run open and writes by that descriptor, which no other process has.
+TEST_F(Journal, IsNamedInThePageByAPathThatOtherProcessesHave) {
+  const os::FileDescriptor folder(::open(folder_.path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_TRUE(folder);
+  const auto page = std::make_unique<GuardPage>();
+  const JournalWriter writer(fmt::format("/proc/self/fd/{}/raw.ehalog", folder.get()), header_, kPerBlock, page.get());
+  EXPECT_EQ(std::string(page->journal_path()), path_.string());
 }
 
 TEST_F(Journal, IsReadByWhoMayReadItsFolder) {
