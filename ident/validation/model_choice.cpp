@@ -162,8 +162,11 @@ bool stands_for_dead_time(const Models& all, const Model& model) {
   if (b1 * b0 >= 0.0 || std::abs(b1 / b0) * 2.0 * std::numbers::pi * model.verdict->usable_band->highest_Hz > 1.0) {
     return false;
   }
-  return has_plain_one(all, model, kHardlyMore, [&](const Model& other) {
-    return other.transfer_function.delay_s > 0.0 && estimated_count(other) < estimated_count(model);
+  return std::any_of(all.begin(), all.end(), [&](const Model* other) {
+    return other != &model && is_accepted(*other) && !has_estimated_order(*other) &&
+           (!other->input_map || model.input_map) && other->transfer_function.delay_s > 0.0 &&
+           estimated_count(*other) <= estimated_count(model) &&
+           error_over(*other, model).value_or(kHardlyMore + 1.0) <= kHardlyMore;
   });
 }
 

@@ -55,8 +55,8 @@ using Models = std::vector<const Model*>;
 /// Whether the map may be what a controller in the record makes of noise: it bends one as no valve does.
 [[nodiscard]] bool is_bent_by_loop(const Models& all, const Model& model);
 
-/// Whether a zero on the right that is faster than the usable band does what the dead time of a plain model of fewer
-/// parameters does as well.
+/// Whether a zero on the right that is faster than the usable band does what the dead time of a model of integer order,
+/// of no more parameters and behind a map only if this one is, does as well.
 [[nodiscard]] bool stands_for_dead_time(const Models& all, const Model& model);
 
 /// Whether the model is of integer order, or gains enough on every model that speaks for integer orders. One that takes
