@@ -176,8 +176,8 @@ int make_safe(const std::string& file) {
   return 0;
 }
 
-/// Whether a snapshot is one that a service writes beside its socket, in a folder that is there: that it is missing then
-/// says that nothing is driven. Any other name may be mistyped.
+/// Whether a snapshot is one that a service writes beside its socket, in a folder that is there: that it is missing
+/// then says that nothing is driven. Any other name may be mistyped.
 bool is_of_service(const std::filesystem::path& snapshot) {
   std::error_code unknown;
   return snapshot.filename() == std::filesystem::path(eha::hal::kServiceSnapshot).filename() &&

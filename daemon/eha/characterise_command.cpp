@@ -213,11 +213,11 @@ ExitCode show_valve_sheet(const record::OpenRun& opened, SheetFiles wanted, std:
     os::write_file_atomically(rig_file->path,
                               rig_text_with(rig_to_complete(run, *rig_file, console), sheet::following_of(run)));
     const std::string check = "eha check " + shell_word(rig_file->path.string());
-    run.written = {rig_file->path.string(),
-                   rig_file->replaces.empty()
-                       ? check
-                       : fmt::format("{} && {}", check,
-                                     put_in_force(rig_file->path, rig_file->replaces, rig_file->socket))};
+    run.written = {
+        rig_file->path.string(),
+        rig_file->replaces.empty()
+            ? check
+            : fmt::format("{} && {}", check, put_in_force(rig_file->path, rig_file->replaces, rig_file->socket))};
   }
   if (wanted == SheetFiles::write) {
     for (const std::string& sentence : sheet::write_sheet(run, unit)) console.warning(sentence);

@@ -252,10 +252,11 @@ ExitCode execute(const CheckCommand& command, Console& console) {
     throw UsageError(fmt::format("--at {}: expected a length with its unit, such as 2.95in or 75mm", *command.place));
   if (service) {
     const DisplayUnit unit = console.unit(rig.units);
-    console.info(fmt::format(
-        "checked with the rig of the service ({}), the rod at {:.3f} {}{}", rig.file_name,
-        unit.factor("in") * *place_in, unit.of("in"),
-        service->is_moving && !command.place ? " at this moment, as a run is on and moves it; --at PLACE names where it will stand" : ""));
+    console.info(fmt::format("checked with the rig of the service ({}), the rod at {:.3f} {}{}", rig.file_name,
+                             unit.factor("in") * *place_in, unit.of("in"),
+                             service->is_moving && !command.place
+                                 ? " at this moment, as a run is on and moves it; --at PLACE names where it will stand"
+                                 : ""));
   }
   // --at says where a rod stands that this process does not simulate.
   const bool is_simulated_here = !service && !command.place && !hal::moves_machine(rig.backend);

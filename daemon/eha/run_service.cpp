@@ -105,7 +105,8 @@ ExitCode report(const Json& entry, const Json& rig, const RunCommand& command, C
   const record::Purpose purpose = is_done ? purpose_of(folder, console) : record::Purpose::models;
   if (code == ExitCode::ok && purpose == record::Purpose::valve_sheet) {
     std::optional<NewRigFile> rig_file;
-    if (command.new_rig_file) rig_file = NewRigFile{.path = *command.new_rig_file, .replaces = rig.value("file", ""), .socket = command.socket};
+    if (command.new_rig_file)
+      rig_file = NewRigFile{.path = *command.new_rig_file, .replaces = rig.value("file", ""), .socket = command.socket};
     return show_valve_sheet(record::OpenRun(folder), SheetFiles::keep, rig_file, console);
   }
   if (purpose == record::Purpose::tracking) return show_track(record::OpenRun(folder), TrackFiles::keep, console);

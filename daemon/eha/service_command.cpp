@@ -208,8 +208,8 @@ std::vector<std::filesystem::path> driven_beside(const std::filesystem::path& so
   std::vector<fs::path> found;
   std::error_code unknown;
   const fs::path own = fs::absolute(socket, unknown).lexically_normal();
-  for (const fs::path& around : {fs::path(control::kDefaultSocket).parent_path().parent_path(),
-                                 own.parent_path().parent_path()}) {
+  for (const fs::path& around :
+       {fs::path(control::kDefaultSocket).parent_path().parent_path(), own.parent_path().parent_path()}) {
     fs::directory_iterator folders(around, fs::directory_options::skip_permission_denied, unknown);
     for (; !unknown && folders != fs::directory_iterator(); folders.increment(unknown)) {
       const fs::path other = folders->path() / own.filename();

@@ -21,7 +21,7 @@ struct NewRigFile {
   std::string replaces = {};   ///< the rig file that the service uses; empty: no service
   std::string completes = {};  ///< without a service: the rig file in use; empty: that of the run
   std::filesystem::path socket = control::default_socket();  ///< of that service
-  bool is_named = false;       ///< `completes` is what the user asked for
+  bool is_named = false;                                     ///< `completes` is what the user asked for
 };
 
 /// Computes the valve sheet of a completed run of [characterise] and prints it with the lines for rig and experiment

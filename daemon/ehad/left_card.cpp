@@ -42,7 +42,8 @@ void make_left_card_safe(const std::filesystem::path& socket) noexcept {
     std::filesystem::remove(snapshot, ignored);
     spdlog::warn("{}: left behind by a process before this one: {}", left.device, done);
   } catch (const std::exception& error) {
-    spdlog::critical("THE OUTPUT OF THE CARD THAT A PROCESS BEFORE THIS ONE LEFT IS NOT CONFIRMED SAFE: {}", error.what());
+    spdlog::critical("THE OUTPUT OF THE CARD THAT A PROCESS BEFORE THIS ONE LEFT IS NOT CONFIRMED SAFE: {}",
+                     error.what());
   }
 }
 

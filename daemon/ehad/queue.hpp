@@ -153,8 +153,8 @@ class Queue {
   [[nodiscard]] const Entry* open_slip(const std::pair<double, double>& in_force) const;
   /// Returns the entries that missed_motion by the calibration in force.
   [[nodiscard]] std::vector<EntryId> missed_motion(const std::pair<double, double>& in_force) const;
-  /// Forgets these; those by another calibration stay for the day when that is in force again. @returns the entries that
-  /// have changed
+  /// Forgets these; those by another calibration stay for the day when that is in force again. @returns the entries
+  /// that have changed
   std::vector<EntryId> forget_missed_motion(const std::pair<double, double>& in_force);
   /// Closes every open slip by the calibration in force, as above. @returns the entries that have changed
   std::vector<EntryId> close_slips(const std::pair<double, double>& in_force);

@@ -213,11 +213,9 @@ std::optional<Trial> trial_of_play(const IdentificationTask& task, const Identif
     return corrected && at_output.take(*corrected);
   });
   if (!(of_input > 0.0) && !(of_output > 0.0)) return std::nullopt;
-  const bool is_of_input =
-      of_input > 0.0 && (!(of_output > 0.0) ||
-                         ident::shown_mse(*at_input.best_so_far()) < ident::shown_mse(*at_output.best_so_far()));
-  const std::optional<double> over =
-      ident::error_over(*(is_of_input ? at_input : at_output).best_so_far(), first);
+  const bool is_of_input = of_input > 0.0 && (!(of_output > 0.0) || ident::shown_mse(*at_input.best_so_far()) <
+                                                                        ident::shown_mse(*at_output.best_so_far()));
+  const std::optional<double> over = ident::error_over(*(is_of_input ? at_input : at_output).best_so_far(), first);
   if (!over || *over > kMostWithPlay) return std::nullopt;
   const ident::Channel& channel = is_of_input ? record.input_channel : record.output_channel;
   const std::string width =

@@ -258,7 +258,8 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
     if (!best || ident::shown_mse(trial->model) < ident::shown_mse(best->model)) best = std::move(trial);
   };
   bool any = false;
-  const double trials = static_cast<double>(kinds.size()) + 4.0;  // more poles, a play, a limit and a power of the input
+  const double trials =
+      static_cast<double>(kinds.size()) + 4.0;  // more poles, a play, a limit and a power of the input
   double begun = 0.0;
   const auto say = [&](const std::string& what) {
     if (progress && begun <= 0.0) progress(0.0, "what the models leave over: structures beside the ladder are tried\n");

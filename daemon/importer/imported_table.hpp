@@ -33,10 +33,10 @@ struct Column {
   bool is_number = true;
   /// The first kSampledRows values; NaN where one is missing. Of clocks seconds from the first.
   std::vector<double> sample;
-  std::string sampled_text;  ///< the first value as written, when it is no number
+  std::string sampled_text;             ///< the first value as written, when it is no number
   std::vector<std::string> words = {};  ///< the first different ones of those, at most kMostWords
-  bool is_clock = false;     ///< dates or times of day
-  std::size_t rows = 0;      ///< columns of different lengths do not belong together; 0 when not yet known
+  bool is_clock = false;                ///< dates or times of day
+  std::size_t rows = 0;                 ///< columns of different lengths do not belong together; 0 when not yet known
 };
 
 /// A column of values and that of their times, from 0.

@@ -87,9 +87,9 @@ class TextTable final : public Table {
     std::vector<std::string> first = lines_.first_lines(kLinesForGuess);
     refuse_unreadable(first);
     cell_units_ = cell_units_of(first);
-    if (!cell_units_.empty()) std::transform(first.begin(), first.end(), first.begin(), [&](const std::string& line) {
-      return cell_units_.without(line);
-    });
+    if (!cell_units_.empty())
+      std::transform(first.begin(), first.end(), first.begin(),
+                     [&](const std::string& line) { return cell_units_.without(line); });
     dialect_ = guess_dialect(first, options, path.string());
     LabviewBlocks blocks;
     for (std::size_t k = dialect_.first_data_line; dialect_.is_of_labview && k < first.size(); ++k) {

@@ -11,7 +11,7 @@ namespace eha::importer {
 namespace {
 
 constexpr std::size_t kFewestChanges = 5;
-constexpr double kMostRepeated = 0.05;  // of the values: a column that lost cells repeats a held command more often
+constexpr double kMostRepeated = 0.05;   // of the values: a column that lost cells repeats a held command more often
 constexpr std::size_t kTimesALevel = 3;  // on average: a sine that lost cells has no level twice
 
 }  // namespace
@@ -37,9 +37,10 @@ std::optional<std::string> hold_written_on_change(std::vector<double>& command) 
     if (std::isfinite(value)) last = value;
     value = last;
   }
-  return fmt::format("the input stands in {} of {} rows only, each time another value: it is taken as written where it "
-                     "changes, and held in the rows between",
-                     values, command.size());
+  return fmt::format(
+      "the input stands in {} of {} rows only, each time another value: it is taken as written where it "
+      "changes, and held in the rows between",
+      values, command.size());
 }
 
 }  // namespace eha::importer

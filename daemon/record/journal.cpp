@@ -307,11 +307,12 @@ void JournalWriter::begin_in_page() {
   if (::fstat(file_.get(), &facts) != 0) os::throw_system_error("look at", path_, errno);
   // Through a descriptor of this process the path would lead no other one to the file.
   std::error_code unknown;
-  const std::filesystem::path real = std::filesystem::read_symlink(fmt::format("/proc/self/fd/{}", file_.get()), unknown);
+  const std::filesystem::path real =
+      std::filesystem::read_symlink(fmt::format("/proc/self/fd/{}", file_.get()), unknown);
   const std::filesystem::path path = unknown ? std::filesystem::absolute(path_) : real;
   // open() would not accept a path that is too long for the page.
-  static_cast<void>(page_->begin_journal(path.c_str(), facts.st_dev, facts.st_ino,
-                                         {.bytes = good_size_, .rows = 0, .index = 0}));
+  static_cast<void>(
+      page_->begin_journal(path.c_str(), facts.st_dev, facts.st_ino, {.bytes = good_size_, .rows = 0, .index = 0}));
 }
 
 std::uint64_t JournalWriter::size_of(std::uint64_t rows) const noexcept {

@@ -70,10 +70,10 @@ void require_no_narrower_limits(const config::RigConfig& in_force, const std::fi
                     "means; nothing moves on those of before: correct it ({}), then {}",
                     file.string(), error.what(), remedy));
   } catch (const Error& error) {
-    throw ConfigError(
-        fmt::format("{} cannot be read any more, so that nobody can tell the limits that it has now ({}); nothing moves "
-                    "on those of before: put it back, readable for the service, then {}",
-                    file.string(), error.what(), remedy));
+    throw ConfigError(fmt::format(
+        "{} cannot be read any more, so that nobody can tell the limits that it has now ({}); nothing moves "
+        "on those of before: put it back, readable for the service, then {}",
+        file.string(), error.what(), remedy));
   }
   if (narrower.empty()) return;
   throw ConfigError(

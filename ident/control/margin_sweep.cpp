@@ -198,8 +198,8 @@ MarginSweep margin_sweep(const AxisSettings& settings, double most_way, double m
   }
   const double swept = std::clamp(sweep.speed - kClearOfSmoothing * settings.inverse.smoothing,
                                   kLeastSweptSpeed * sweep.speed, kSweptSpeed * sweep.speed);
-  const double scale = std::min({swept / peak(sweep, speed),
-                                 kSweptSlew * settings.slew_per_s / peak(sweep, slew), most_error / peak(sweep, rod)});
+  const double scale = std::min({swept / peak(sweep, speed), kSweptSlew * settings.slew_per_s / peak(sweep, slew),
+                                 most_error / peak(sweep, rod)});
   for (double& amplitude : sweep.amplitude) amplitude *= scale;
   return sweep;
 }

@@ -151,8 +151,8 @@ std::string map_note(const Model& model, SheetSays sheet) {
   if (!shift) return {};
   const std::string shift_text = fmt::format(
       "null and half dead band of the fit may be up to {:.2g}{} off the valve's, beside dry friction more, whatever "
-      "their intervals say", *shift,
-      after_number(model.input_unit));
+      "their intervals say",
+      *shift, after_number(model.input_unit));
   if (sheet == SheetSays::is_tight) {
     return "dry friction bends the edges of that dead band, as the rod moves within it and by the valve sheet nothing "
            "leaks: " +

@@ -119,10 +119,10 @@ void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model
 }
 
 constexpr double kFarBeyondNoise = 5.0;
-constexpr double kMatters = 0.05;         // of the value before
-constexpr double kZoneByGain = 0.1;           // of half the dead band, for a gain that changed by all of itself
-constexpr double kZoneByPlace = 0.06;         // of half the dead band
-constexpr double kRatioByPlace = 0.01;    // of the ratio of the gains
+constexpr double kMatters = 0.05;       // of the value before
+constexpr double kZoneByGain = 0.1;     // of half the dead band, for a gain that changed by all of itself
+constexpr double kZoneByPlace = 0.06;   // of half the dead band
+constexpr double kRatioByPlace = 0.01;  // of the ratio of the gains
 
 }  // namespace
 

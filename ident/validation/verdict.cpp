@@ -13,11 +13,11 @@
 
 #include "ident/model/record_start.hpp"
 #include "ident/statistics/distributions.hpp"
+#include "ident/validation/explanation.hpp"
 #include "ident/validation/fast_resonance.hpp"
 #include "ident/validation/record_findings.hpp"
 #include "ident/validation/residual_tests.hpp"
 #include "ident/validation/slow_pair.hpp"
-#include "ident/validation/explanation.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
 namespace eha::ident {

@@ -145,7 +145,8 @@ TEST(Ehad, MakesACardSafeThatWasLeftThoughItCannotStart) {
   std::filesystem::copy_file(kSnapshot, folder / "safe.json");
   end(driver);
   ASSERT_TRUE(driven());
-  EXPECT_NE(std::system("/usr/sbin/ehad --rig /tmp/left/none.toml --state /tmp/left/state --socket /tmp/left/ehad.sock"), 0);
+  EXPECT_NE(
+      std::system("/usr/sbin/ehad --rig /tmp/left/none.toml --state /tmp/left/state --socket /tmp/left/ehad.sock"), 0);
   EXPECT_FALSE(enabled());
   EXPECT_FALSE(valve_driven());
   EXPECT_FALSE(std::filesystem::exists(folder / "safe.json"));

@@ -24,7 +24,8 @@ TEST(FaultText, SaysOfARodThatStandsWhatWasDueAndNamesTheHydraulicsFirst) {
   EXPECT_TRUE(holds(text, "it moved 0.0002 in where 0.0034 in were due; look, in this order: hydraulics on")) << text;
   EXPECT_FALSE(holds(text, "other way")) << text;
   EXPECT_TRUE(holds(text, "`eha characterise` measures both")) << text;
-  EXPECT_TRUE(holds(text, "where that is what tripped: `eha characterise --without-following -o rig-bare.toml`")) << text;
+  EXPECT_TRUE(holds(text, "where that is what tripped: `eha characterise --without-following -o rig-bare.toml`"))
+      << text;
 }
 
 TEST(FaultText, SaysOfARodThatStandsWhatWasCommandedAndForHowLong) {

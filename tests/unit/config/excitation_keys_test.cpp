@@ -99,9 +99,10 @@ TEST_F(TableFile, ThatCannotBeReadIsRefusedWithTheLine) {
   const auto refused = [&](std::string_view csv) { return faults_with(csv).at(0); };
   EXPECT_EQ(refused("voltage_V\n0\nabc\n"),
             "e.toml:6:8: excitation.file: volts.csv:3: voltage_V: expected a finite number, got \"abc\"");
-  EXPECT_EQ(refused("voltage_V\n1,0005\n1,0010\n"),
-            "e.toml:6:8: excitation.file: volts.csv:2: expected 1 fields as in the header, got 2; numbers have a decimal "
-            "point, no comma");
+  EXPECT_EQ(
+      refused("voltage_V\n1,0005\n1,0010\n"),
+      "e.toml:6:8: excitation.file: volts.csv:2: expected 1 fields as in the header, got 2; numbers have a decimal "
+      "point, no comma");
   EXPECT_EQ(refused("voltage_V\ninf\n"),
             "e.toml:6:8: excitation.file: volts.csv:2: voltage_V: expected a finite number, got \"inf\"");
   EXPECT_EQ(refused("time_s,voltage_V\n0,0\n0.001\n"),
