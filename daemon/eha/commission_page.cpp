@@ -154,8 +154,14 @@ std::string commission_page(const CommissionState& state, const std::string& rig
   const Json& track = state.result("track");
   const record::OpenRun trial(track.at("run").get<std::string>());
   const std::string axis_file = state.file("axis.toml").string();
+  const track::TrackResult result = track::track_result(trial);
   std::string lead = report::paragraph(
-      track.at("kept").get<bool>()
+      result.leak
+          ? fmt::format(
+                "The rig leaks: {}. Repair that first, then begin anew: `{}`. Until then no controller of it goes "
+                "to a PLC.",
+                ident::leak_text(*result.leak, unit), anew)
+      : track.at("kept").get<bool>()
           ? "The axis follows its reference as promised: nothing that was measured breaks the promise of " + axis_file +
                 "."
           : "The axis does not keep the controller's promise: the table \"Measured beside promised\" shows which "
@@ -169,12 +175,14 @@ std::string commission_page(const CommissionState& state, const std::string& rig
           item("trial in closed loop", track, state.folder()) + "</ul>" + valve_table(state.result("sheet"), unit) +
           model_part(state.result("record"), unit);
   if (state.has("prepare")) lead += warnings_of(state.result("prepare"));
-  lead += report::paragraph(
-      fmt::format("For a PLC, C or MATLAB: `{}` (or c, simulink). Later, to see whether the axis "
-                  "still keeps its promise: `{}`.",
-                  suggest::export_for_plc(axis_file),
-                  suggest::track(suggest::access_of_run(record::read_manifest(trial.files()).other), axis_file)));
-  return track_page(track::track_result(trial), unit, "Commissioning of " + rig, lead).html;
+  if (track::goes_to_plc(result, unit)) {
+    lead += report::paragraph(
+        fmt::format("For a PLC, C or MATLAB: `{}` (or c, simulink). Later, to see whether the axis "
+                    "still keeps its promise: `{}`.",
+                    suggest::export_for_plc(axis_file),
+                    suggest::track(suggest::access_of_run(record::read_manifest(trial.files()).other), axis_file)));
+  }
+  return track_page(result, unit, "Commissioning of " + rig, lead).html;
 }
 
 }  // namespace eha::cli

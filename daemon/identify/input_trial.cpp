@@ -261,6 +261,9 @@ std::optional<WrongInput> wrong_input(const Source& source, const Identification
   say(0.0, "froze or is clipped");
   if (auto found = of_frozen_input(task, bases)) return found;
   if (auto found = of_clipped_input(source, task, bases)) return found;
+  // What the input did in a gap is not known; a later input makes up for a part of that, too.
+  const auto has_gaps = [](const IdentifiedModel& one) { return !ident::gaps_in_record(one.result.model).empty(); };
+  if (std::any_of(identification.models.begin(), identification.models.end(), has_gaps)) return std::nullopt;
   say(0.5, "comes late");
   std::optional<LateInput> late = of_late_input(source, task, bases);
   if (!late) return std::nullopt;

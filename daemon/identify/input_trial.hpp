@@ -20,10 +20,10 @@ struct WrongInput {
 /// it stands exactly at its ends, going on beyond them (of_clipped_input()); of rows that were moved, as if they
 /// had been sampled evenly. An input that is right errs more that way, whatever else its model lacks.
 /// @returns what errs clearly less than every given model and, of a shift, than an input that is straight between the
-/// rows; none of a run, whose input is known, of a record in closed loop, where the first model passes every check, and
-/// for records of more than a million rows.
-/// Cost, none where the model passes: of two models each, four local searches on 20 000 rows, up to 16 where a shift
-/// helps, four more where it may be clipped, and two on the whole record where it may have frozen.
+/// rows; none of a run, whose input is known, of a record in closed loop or, of a shift, with gaps, where the first
+/// model passes every check, and for records of more than a million rows. Cost, none where the model passes: of two
+/// models each, four local searches on 20 000 rows, up to 16 where a shift helps, four more where it may be clipped,
+/// and two on the whole record where it may have frozen.
 [[nodiscard]] std::optional<WrongInput> wrong_input(const Source& source, const IdentificationTask& task,
                                                     const Identification& identification,
                                                     const Progress& progress = {});

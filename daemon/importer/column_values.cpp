@@ -14,10 +14,16 @@ constexpr double kEvenEnough = 0.5;
 }  // namespace
 
 bool counts_rows(const std::vector<double>& values) {
-  for (std::size_t k = 1; k < values.size(); ++k) {
-    if (std::abs(values[k] - values[k - 1] - 1.0) > 0.0) return false;
+  constexpr double kMostGaps = 0.1;  // of the rows, which a file may lack
+  std::size_t gaps = 0;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (std::abs(values[k] - std::round(values[k])) > 0.0) return false;
+    if (k == 0) continue;
+    const double step = values[k] - values[k - 1];
+    if (!(step >= 1.0)) return false;
+    if (step > 1.0) ++gaps;
   }
-  return values.size() > 1 && std::abs(values[0] - std::round(values[0])) <= 0.0;
+  return values.size() > 1 && static_cast<double>(gaps) <= kMostGaps * static_cast<double>(values.size());
 }
 
 bool increases_evenly(const std::vector<double>& values) {

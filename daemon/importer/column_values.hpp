@@ -5,7 +5,7 @@
 
 namespace eha::importer {
 
-/// Values that number rows: whole, each one more than the last.
+/// Values that number rows: whole, each one more than the last, but where up to a tenth of the rows is missing.
 [[nodiscard]] bool counts_rows(const std::vector<double>& values);
 
 /// Values that may be a time: increasing, nine in ten by about the same.

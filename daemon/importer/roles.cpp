@@ -266,6 +266,7 @@ class Finder {
                                                     std::size_t needed) const {
     std::vector<std::size_t> found;
     std::vector<std::size_t> spare;
+    std::vector<std::size_t> counting;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       const bool is_taken = std::find(taken.begin(), taken.end(), std::optional(i)) != taken.end();
       if (is_taken || !columns_[i].is_number || replaced_time_ == i || roles.filled == i) continue;
@@ -273,14 +274,14 @@ class Finder {
       if (hints_[i].time > 0 && hints_[i].input == 0 && hints_[i].output == 0) continue;
       const bool numbers_rows =
           counts_rows(columns_[i].sample) && (hints_[i].index > 0 || columns_[i].sample.size() >= kFewestCounted);
-      const bool is_spare = numbers_rows || hints_[i].is_beside || hints_[i].is_valve_feedback;
-      (is_spare ? spare : found).push_back(i);
+      const bool is_spare = hints_[i].is_beside || hints_[i].is_valve_feedback;
+      (numbers_rows ? counting : is_spare ? spare : found).push_back(i);
     }
-    // A column that counts is no row number where it is needed: it may be a ramp.
-    if (found.size() < needed) {
-      found.insert(found.end(), spare.begin(), spare.end());
-      std::sort(found.begin(), found.end());
+    // A column that counts is no row number where nothing else is left: it may be a ramp.
+    for (const std::vector<std::size_t>& more : {spare, counting}) {
+      if (found.size() < needed) found.insert(found.end(), more.begin(), more.end());
     }
+    std::sort(found.begin(), found.end());
     // Of several structs or groups, those of the time's.
     if (roles.time) {
       std::vector<std::size_t> beside;

@@ -218,6 +218,34 @@ void require_determined(const std::vector<Coordinate>& coordinates, const Eigen:
   throw DataError(fmt::format("{}", fmt::join(sentences, "\n")));
 }
 
+/// A rod that moves where the simulated cylinder has none is followed by no parameter. @throws DataError
+void require_stroke(const hal::SimOptions& start, const Eigen::VectorXd& measured_in) {
+  constexpr double kBeyond = 0.02;  // of the stroke: noise, and an offset of the sensor
+  const double stroke_mm = start.stroke_mm;
+  const double lowest_mm = kMillimetresPerInch * measured_in.minCoeff();
+  const double highest_mm = kMillimetresPerInch * measured_in.maxCoeff();
+  if (lowest_mm >= -kBeyond * stroke_mm && highest_mm <= (1.0 + kBeyond) * stroke_mm) return;
+  throw DataError(fmt::format(
+      "the rod of the record moves from {:.4g} to {:.4g} mm, and the simulated cylinder of the rig file only "
+      "from 0 to {:g} mm: set stroke_mm, and the travel limits, in a copy of the rig file to those of your "
+      "cylinder (a sensor whose 0 lies elsewhere needs its offset in the record), and name it with --rig",
+      lowest_mm, highest_mm, stroke_mm));
+}
+
+/// What ends at a bound is not determined because the bound is too near. @throws DataError
+void require_within_bounds(const std::vector<Coordinate>& coordinates, const Eigen::VectorXd& theta) {
+  constexpr double kAtBound = 0.01;  // of the range
+  constexpr double kWider = 10.0;
+  for (std::size_t i = 0; i + 1 < coordinates.size(); ++i) {
+    const Coordinate& c = coordinates[i];
+    const double value = theta[static_cast<Eigen::Index>(i)];
+    const double near = kAtBound * (c.high - c.low);
+    if (value < c.high - near || !(c.high > 0.0)) continue;
+    throw DataError(fmt::format("{0}: its value ends at its bound, {1:g}: give wider ones, as {0}={2:g}:{3:g}", c.key,
+                                c.high, c.low, kWider * c.high));
+  }
+}
+
 }  // namespace
 
 Calibration calibrate(const hal::SimOptions& start, const std::vector<CalibrationRequest>& requests,
@@ -227,6 +255,7 @@ Calibration calibrate(const hal::SimOptions& start, const std::vector<Calibratio
     throw DataError(fmt::format("expected at least {:g} s of record, got {:.3g} s", kShortest_s,
                                 static_cast<double>(volts.size()) * step_s));
   }
+  require_stroke(start, measured_in);
   const hal::SimOptions placed = starting_at(start, measured_in[0]);
   const Fit fit(placed, coordinates_for(placed, requests), volts, measured_in, step_s, executor);
   const auto count = static_cast<Eigen::Index>(fit.coordinates().size());
@@ -267,6 +296,7 @@ Calibration calibrate(const hal::SimOptions& start, const std::vector<Calibratio
   for (const Coordinate& c : fit.coordinates()) names.push_back(c.key);
   const ident::ResidualModel residual = ident::residual_model(*left);
   const ident::Uncertainty known = ident::uncertainty(j, names, residual);
+  require_within_bounds(fit.coordinates(), theta);
   require_determined(fit.coordinates(), j, known, residual);
   for (Eigen::Index i = 0; i + 1 < count; ++i) {
     const Coordinate& c = fit.coordinates()[static_cast<std::size_t>(i)];

@@ -118,7 +118,7 @@ void add_shift_by_map(ParameterChange& p, const PlantChange& change, const Model
   p.may_lead = may_lead && !p.follows.empty();
 }
 
-constexpr double kFarBeyondNoise = 5.0;
+constexpr double kFarBeyondNoise = 1.5;
 constexpr double kMatters = 0.05;       // of the value before
 constexpr double kZoneByGain = 0.1;     // of half the dead band, for a gain that changed by all of itself
 constexpr double kZoneByPlace = 0.06;   // of half the dead band
