@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -60,8 +61,9 @@ class VoltsCsv {
     read_header();
     for (auto line = next_line(); line; line = next_line()) {
       const std::vector<std::string_view> fields = fields_of(*line);
-      const bool ends_empty = fields.size() == columns_ + 1 && fields.back().empty();
-      if (fields.size() > columns_ && !ends_empty) {
+      const auto is_filled = [](std::string_view field) { return !field.empty(); };
+      if (fields.size() > columns_ &&
+          std::any_of(fields.begin() + static_cast<std::ptrdiff_t>(columns_), fields.end(), is_filled)) {
         refuse(fmt::format("expected {} fields as in the header, got {}; numbers have a decimal point, no comma",
                            columns_, fields.size()));
       }

@@ -31,9 +31,11 @@ void make_left_card_safe(const std::filesystem::path& socket) noexcept {
     const std::filesystem::path snapshot = snapshot_beside(socket);
     std::error_code ignored;
     if (!std::filesystem::exists(snapshot, ignored)) return;
+    // Who drives a card holds this file; root must not make one that the service cannot open.
+    const std::filesystem::path lock_file = snapshot.parent_path() / "card.lock";
     os::FileDescriptor lock;
     try {
-      lock = os::lock_file(snapshot.parent_path() / "card.lock", "");
+      if (std::filesystem::exists(lock_file, ignored)) lock = os::lock_file(lock_file, "");
     } catch (const Error&) {
       return;  // it is driven
     }

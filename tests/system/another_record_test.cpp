@@ -301,7 +301,8 @@ TEST(DryFriction, IsNotOfferedForPlay) {
   }
   folder.write("p.csv", text);
   const Ended ended = run_eha({"fit", "p.csv"}, folder.path());
-  EXPECT_NE(ended.out.find("direction of motion"), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("There is a play (backlash, hysteresis) of about 0."), std::string::npos) << ended.out;
+  EXPECT_NE(ended.out.find("its sensor"), std::string::npos) << ended.out;
   EXPECT_EQ(ended.out.find("--model friction"), std::string::npos) << ended.out;
 }
 

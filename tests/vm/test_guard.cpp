@@ -138,7 +138,7 @@ TEST(EhaSafe, SwitchesOffAtOnceAndWritesTheSafeVoltageAfterTheLock) {
   EXPECT_TRUE(wire_is_safe());
 }
 
-TEST(Ehad, MakesACardSafeThatWasLeftThoughItCannotStart) {
+TEST(EhaSafe, IsNotNeededWhereAnEhadIsStartedThoughItCannotStart) {
   const std::filesystem::path folder = "/tmp/left";
   std::filesystem::create_directory(folder);
   const pid_t driver = start_driver(Guarded::no);
