@@ -8,7 +8,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -139,14 +138,16 @@ TEST(EhaSafe, SwitchesOffAtOnceAndWritesTheSafeVoltageAfterTheLock) {
 }
 
 TEST(EhaSafe, IsNotNeededWhereAnEhadIsStartedThoughItCannotStart) {
+  const Board board("pci1716_card");
   const std::filesystem::path folder = "/tmp/left";
   std::filesystem::create_directory(folder);
   const pid_t driver = start_driver(Guarded::no);
   std::filesystem::copy_file(kSnapshot, folder / "safe.json");
   end(driver);
   ASSERT_TRUE(driven());
-  EXPECT_NE(
-      std::system("/usr/sbin/ehad --rig /tmp/left/none.toml --state /tmp/left/state --socket /tmp/left/ehad.sock"), 0);
+  Process service(
+      {"ehad", "--rig", folder / "none.toml", "--state", folder / "state", "--socket", folder / "ehad.sock"});
+  EXPECT_NE(service.wait(), 0) << service.output();
   EXPECT_FALSE(enabled());
   EXPECT_FALSE(valve_driven());
   EXPECT_FALSE(std::filesystem::exists(folder / "safe.json"));
