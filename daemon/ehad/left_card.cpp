@@ -2,6 +2,8 @@
 #include "daemon/ehad/left_card.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <exception>
@@ -30,7 +32,9 @@ void make_left_card_safe(const std::filesystem::path& socket) noexcept {
   try {
     const std::filesystem::path snapshot = snapshot_beside(socket);
     std::error_code ignored;
-    if (!std::filesystem::exists(snapshot, ignored)) return;
+    // Root must not act on a file by which another user's folder names volts and lines of a card.
+    struct stat facts {};
+    if (::lstat(snapshot.c_str(), &facts) != 0 || !S_ISREG(facts.st_mode) || facts.st_uid != geteuid()) return;
     // Who drives a card holds this file; root must not make one that the service cannot open.
     const std::filesystem::path lock_file = snapshot.parent_path() / "card.lock";
     os::FileDescriptor lock;

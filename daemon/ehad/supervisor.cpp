@@ -116,7 +116,10 @@ void Supervisor::reload(const std::optional<Peer>& peer, Answer answer) {
                          }
                          config_ = config;
                          rig_read_ = read;
-                         if (!is_same_place(calibration, rig_.calibration())) moved_at_rest_.clear();
+                         if (!is_same_place(calibration, rig_.calibration())) {
+                           moved_at_rest_.clear();
+                           if (queue_.open_slip(calibration) != nullptr) rig_.forget_slips();
+                         }
                          notifier_.ready();
                          spdlog::info("configuration reloaded: {} ({}), {}", rig_.config()->name, options_.rig_file,
                                       options_.config_file);

@@ -372,12 +372,8 @@ void widen_by_shift(ComparedRun& run) {
   bool is_any_left = false;
   for (ident::ParameterChange& p : change.parameters) {
     if (!ident::is_of_dead_zone(p.role)) continue;
-    const bool was_changed = p.changed;
-    p.half_width = std::max(p.half_width, run.bent_map->shift);
-    p.changed = p.changed && std::abs(p.after - p.before) > p.half_width;
+    ident::widen_to(change, p, run.bent_map->shift);
     is_any_left = is_any_left || p.changed;
-    if (!was_changed || p.changed) continue;
-    for (ident::ParameterChange& other : change.parameters) std::erase(other.follows, p.name);
   }
   if (!is_any_left) run.bent_map.reset();
 }

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "daemon/identify/judging.hpp"
-#include "daemon/identify/shaped_input_trial.hpp"
+#include "daemon/identify/shaped_record_trial.hpp"
 #include "daemon/identify/trial.hpp"
 #include "ident/estimation/prepared_record.hpp"
 #include "ident/model/parameter_text.hpp"
@@ -204,9 +204,7 @@ bool may_have_play(const IdentificationTask& task, const ident::Model& first) {
   const Eigen::VectorXd& y = task.record.output;
   if (first.grey_box || !first.verdict->accepted || !first.validation || y.size() < kFewest) return false;
   if (first.validation->end_stop || first.validation->jump || ident::rounding_makes_most(first)) return false;
-  std::vector<double> second;
-  for (Eigen::Index k = 1; k + 1 < y.size(); ++k) second.push_back(y[k - 1] - 2.0 * y[k] + y[k + 1]);
-  const double scatter = ident::robust_std(std::move(second)) / std::sqrt(6.0);
+  const double scatter = ident::scatter_of_rows(y);
   return ident::shown_mse(first) > kOverScatter * kOverScatter * scatter * scatter;
 }
 
@@ -307,7 +305,7 @@ void try_other_structures(const IdentificationTask& task, Identification& identi
   if (may_be_other && may_have_play(task, *first)) try_input("a play", trial_of_play);
   if (may_be_other && may_saturate(*first)) try_input("an input that saturates", trial_of_saturation);
   if (may_bend) try_input("a gain that is curved", trial_of_power);
-  if (best && best->explanation.kind == ident::ExplanationKind::power) {
+  if (best && best->explanation.kind != ident::ExplanationKind::structure) {
     for (IdentifiedModel& one : identification.models) one.result.model.provenance.erase(ident::kGreyBoxHolds);
   }
   if (!any && !best) return;

@@ -24,13 +24,6 @@ constexpr double kSurelyWithin_in = 0.05;
 constexpr double kSameOffset_V = 0.02;
 constexpr Eigen::Index kFewestForTrip = 10;
 
-/// Standard deviation of a reading, from the second differences of a rod that moves smoothly.
-double reading_noise(const Eigen::VectorXd& y) {
-  std::vector<double> second;
-  for (Eigen::Index k = 1; k + 1 < y.size(); ++k) second.push_back(y[k - 1] - 2.0 * y[k] + y[k + 1]);
-  return ident::robust_std(std::move(second)) / std::sqrt(6.0);
-}
-
 /// A straight line through the last rows but the last one, which may be the one that is wrong.
 struct LastMotion {
   double end_in = 0.0;
@@ -75,7 +68,8 @@ std::optional<TripCause> trip_cause(const record::LoadedRun& run) {
     const config::RigConfig rig = config::parse_rig(run.rig_text, (run.folder / "run.json (rig)").string());
     const LastMotion motion = last_motion(run.record);
     if (is_within(motion, fault, rig)) {
-      return TripCause{.is_of_sensor = true, .speed_in_per_s = motion.speed_in_per_s, .noise_in = reading_noise(y)};
+      return TripCause{
+          .is_of_sensor = true, .speed_in_per_s = motion.speed_in_per_s, .noise_in = ident::scatter_of_rows(y)};
     }
     if (!is_travel) return std::nullopt;
     if (!rig.limits.following) {

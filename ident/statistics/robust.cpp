@@ -20,4 +20,12 @@ double robust_std(std::vector<double> values) {
   return kStdOfMedian * median_of(std::move(values));
 }
 
+double scatter_of_rows(const Eigen::VectorXd& readings) {
+  std::vector<double> second;
+  for (Eigen::Index k = 1; k + 1 < readings.size(); ++k) {
+    second.push_back(readings[k - 1] - 2.0 * readings[k] + readings[k + 1]);
+  }
+  return robust_std(std::move(second)) / std::sqrt(6.0);  // of white noise they have 1 + 4 + 1 times the variance
+}
+
 }  // namespace eha::ident

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <string_view>
+#include <system_error>
 
 #include "ident/validation/error_cause.hpp"
 #include "ident/validation/verdict_phrases.hpp"
@@ -66,28 +68,40 @@ void forget_explanation(Model& model) {
   for (const char* key : {kKind, kHas, kOptions, kRatio}) model.provenance.erase(key);
 }
 
+std::optional<double> explained_factor(const Explanation& explanation) {
+  double ratio = 0.0;
+  const char* const end = explanation.ratio.data() + explanation.ratio.size();
+  const auto [rest, error] = std::from_chars(explanation.ratio.data(), end, ratio);
+  const bool is_ratio = error == std::errc() && rest == end && ratio > 0.0 && ratio <= 1.0;
+  return is_ratio ? std::optional(1.0 / ratio) : std::nullopt;
+}
+
 std::string sentence_of(const Explanation& explanation) {
-  if (explanation.kind == ExplanationKind::play) {
-    return fmt::format(
-        "There is a play (backlash, hysteresis) of about {}: with it a structure errs {} times as much on unseen data, "
-        "and no structure here has it; mend what is loose there and record again. The time constants, dead times and "
-        "dead band of this model hold a part of it.",
-        explanation.has, explanation.ratio);
-  }
-  if (explanation.kind == ExplanationKind::power) {
-    return fmt::format(
-        "The plant's gain is curved: behind the power sign(u) |u|^{} of the input a structure errs {} times as much on "
-        "unseen data, and no structure here has that power; use the model at the recorded amplitudes, or apply the "
-        "power to the column of the input and fit that.",
-        explanation.has, explanation.ratio);
-  }
-  if (explanation.kind == ExplanationKind::limit) {
-    return fmt::format(
-        "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times as "
-        "much on unseen data; record smaller amplitudes{}.",
-        explanation.has, explanation.ratio,
-        explanation.options.empty() ? "; this record stays within that nowhere for long"
-                                    : fmt::format(", or cut to a part with such ({})", explanation.options));
+  switch (explanation.kind) {
+    case ExplanationKind::play:
+      return fmt::format(
+          "There is a play (backlash, hysteresis) of about {}: with it a structure errs {} times as much on unseen "
+          "data, "
+          "and no structure here has it; mend what is loose there and record again. The time constants, dead times and "
+          "dead band of this model hold a part of it.",
+          explanation.has, explanation.ratio);
+    case ExplanationKind::power:
+      return fmt::format(
+          "The plant's gain is curved: behind the power sign(u) |u|^{} of the input a structure errs {} times as much "
+          "on "
+          "unseen data, and no structure here has that power; use the model at the recorded amplitudes, or apply the "
+          "power to the column of the input and fit that.",
+          explanation.has, explanation.ratio);
+    case ExplanationKind::limit:
+      return fmt::format(
+          "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times "
+          "as "
+          "much on unseen data; record smaller amplitudes{}.",
+          explanation.has, explanation.ratio,
+          explanation.options.empty() ? "; this record stays within that nowhere for long"
+                                      : fmt::format(", or cut to a part with such ({})", explanation.options));
+    case ExplanationKind::structure:
+      break;
   }
   return fmt::format(
       "A structure with {} (`eha fit {}`) passes the checks and errs {} times as much on unseen data: fit it; what "

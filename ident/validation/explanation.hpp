@@ -36,6 +36,9 @@ void note_explanation(Model& model, const Explanation& explanation);
 /// None where the verdict misses nothing that it explains, or has a cause that lies in the record.
 [[nodiscard]] std::optional<Explanation> explanation_of(const Model& model, const Verdict& verdict);
 
+/// The rms error of a model that it explains over its own, at least 1; none where the text of a file is no ratio.
+[[nodiscard]] std::optional<double> explained_factor(const Explanation& explanation);
+
 /// For a model that is judged on another record.
 void forget_explanation(Model& model);
 

@@ -131,6 +131,14 @@ bool ParameterChange::may_have_changed() const noexcept {
   return !changed && !follows.empty() && moved > kFarBeyondNoise * of_noise && moved > kMatters * std::abs(before);
 }
 
+void widen_to(PlantChange& change, ParameterChange& parameter, double half_width) {
+  const bool was_changed = parameter.changed;
+  parameter.half_width = std::max(parameter.half_width, half_width);
+  parameter.changed = was_changed && std::abs(parameter.after - parameter.before) > parameter.half_width;
+  if (!was_changed || parameter.changed) return;
+  for (ParameterChange& other : change.parameters) std::erase(other.follows, parameter.name);
+}
+
 void widen_beside_other_changes(PlantChange& change, bool is_elsewhere) {
   const auto with = [&](ParameterRole role) {
     return std::find_if(change.parameters.begin(), change.parameters.end(),
@@ -146,8 +154,7 @@ void widen_beside_other_changes(PlantChange& change, bool is_elsewhere) {
     if (!is_of_map(p.role)) continue;
     const bool is_ratio = !is_of_dead_zone(p.role);
     const double by_place = !is_elsewhere ? 0.0 : is_ratio ? kRatioByPlace * std::abs(p.before) : kZoneByPlace * half_V;
-    p.half_width += by_place + (is_ratio ? 0.0 : by_gain * half_V);
-    p.changed = p.changed && std::abs(p.after - p.before) > p.half_width;
+    widen_to(change, p, p.half_width + by_place + (is_ratio ? 0.0 : by_gain * half_V));
   }
   change.changed = std::any_of(change.parameters.begin(), change.parameters.end(),
                                [](const ParameterChange& p) { return p.changed; });

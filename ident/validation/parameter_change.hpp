@@ -94,7 +94,11 @@ struct PlantChange {
 /// another share of a changed gain, and a cylinder is another one at another place of its rod. On the simulated rig a
 /// gain that falls by 20 % moves the null by 0.5 % of half the dead band, and another place half the dead band by 5 %.
 /// @param is_elsewhere  the records are about two places
+/// Cost: none to speak of.
 void widen_beside_other_changes(PlantChange& change, bool is_elsewhere);
+
+/// Widens the interval of a parameter; where it is no change any more, no other one follows it.
+void widen_to(PlantChange& change, ParameterChange& parameter, double half_width);
 
 /// Leaves out what has another unit in the other model, as a coefficient of another order has, where the structures
 /// differ: there is no difference of a time and a time to the power 1.044. Of one structure nothing is left out.

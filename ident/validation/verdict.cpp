@@ -221,10 +221,9 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
     }
   }
   at_most(Kind::extrapolated, validation.extrapolated_percent, kMostExtrapolated_percent);
-  if (const auto told = explanation(model); told && told->kind == ExplanationKind::play) {
-    // What is left beside the play is the noise that the model is held against.
-    judgement.criterion(Kind::error_over_noise, 1.0 / std::stod(told->ratio), kGreatestErrorOverNoise, false);
-  } else if (validation.input_noise) {
+  const auto told = explanation(model);
+  const auto factor = told && told->kind == ExplanationKind::play ? explained_factor(*told) : std::optional<double>();
+  if (validation.input_noise) {
     // It differs between the periods of the input, and that of the output does not show it.
   } else if (facts.noise_std && *facts.noise_std > 0.0) {
     // The noise that the record's own repetitions show.
@@ -234,6 +233,9 @@ void judge_validation(const Model& model, const RecordFacts& facts, Judgement& j
     } else {
       at_most(Kind::error_over_noise, ratio, kGreatestErrorOverNoise);
     }
+  } else if (factor) {
+    // What is left beside the play is the noise that the model is held against.
+    judgement.criterion(Kind::error_over_noise, *factor, kGreatestErrorOverNoise, false);
   } else if (facts.lacks_periods) {
     judgement.not_judged(Kind::error_over_noise, kUnknown, kGreatestErrorOverNoise);
   }

@@ -42,9 +42,15 @@ TEST_F(ServiceArming, IsRefusedAfterASlipUntilARulerAgreesOrTheSensorIsCalibrate
   EXPECT_EQ(arm().code, kTrip) << "another slip";
   client_->call("reload");
   EXPECT_EQ(arm().code, kTrip) << "by the same calibration";
-  reload(text_with(content_of(daemon_.rig_file()), kOffset, "offset_in = 2.93"));
+  const std::string before = content_of(daemon_.rig_file());
+  reload(text_with(before, kOffset, "offset_in = 2.93"));
   const Ended calibrated = arm();
   EXPECT_EQ(calibrated.code, 0) << calibrated.err;
+  const Ended moved = run_eha({"goto", "3.2in", "--yes", "--socket", daemon_.socket()}, daemon_.folder());
+  EXPECT_EQ(moved.code, 0) << "slips are counted anew: " << moved.err;
+  client_->call("disarm");
+  reload(before);
+  EXPECT_EQ(arm().code, kTrip) << "of the first calibration nothing is known that was not known before";
 }
 
 TEST_F(ServiceArming, IsRefusedAfterTwoRunsInWhichTheRodDidNotMoveUntilARulerAgrees) {

@@ -316,6 +316,28 @@ TEST(VerdictAdvice, SaysFirstAndAloneWhatExplainsTheError) {
   EXPECT_EQ(judge(model, {}).reasons.front().find("--poles 3"), std::string::npos);
 }
 
+TEST(VerdictAdvice, MakesNoGoodModelOfOneThatErrsByAPlay) {
+  const auto judged = [](const char* ratio, const RecordFacts& facts = {}) {
+    Model model = good_model();
+    note_explanation(model,
+                     {.kind = ExplanationKind::play, .has = "1 mm before the sensor", .options = {}, .ratio = ratio});
+    return judge(model, {}, facts);
+  };
+  const Verdict told = judged("0.25");
+  EXPECT_EQ(told.grade, Grade::usable);
+  EXPECT_TRUE(may_miss_a_part(told));
+  EXPECT_TRUE(
+      told.reasons.front().starts_with("There is a play (backlash, hysteresis) of about 1 mm before the sensor"))
+      << told.reasons.front();
+  // What stands in a file need not be a ratio.
+  for (const char* ratio : {"", "far less", "0", "-1", "nan", "1e999", "2"}) {
+    EXPECT_EQ(judged(ratio).grade, Grade::good) << ratio;
+  }
+  // The noise that the record itself measured decides, whatever a play explains.
+  const double error = std::sqrt(good_model().validation->score.mse);
+  EXPECT_FALSE(fails_any(judged("0.25", {.noise_std = error}), {CriterionKind::error_over_noise}));
+}
+
 TEST(VerdictAdvice, BlamesRowsThatAreTooSlowAndNothingElse) {
   Model model = good_model();
   model.validation->tests->input.p = 1e-9;

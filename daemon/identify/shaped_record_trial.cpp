@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "daemon/identify/shaped_input_trial.hpp"
+#include "daemon/identify/shaped_record_trial.hpp"
 
 #include <fmt/format.h>
 

@@ -21,7 +21,7 @@ namespace eha::identify {
                                                   const ident::Model& first);
 
 /// The model of a plant with a play, at its input (a spool or linkage with hysteresis) or between it and its sensor (a
-/// loose coupling), whichever errs less. None that holds. Cost: some 24 local fits of each structure.
+/// loose coupling), whichever errs less. None that holds. Cost: some 28 local fits of each structure.
 [[nodiscard]] std::optional<Trial> trial_of_play(const IdentificationTask& task, const Identification& identification,
                                                  const ident::Model& first);
 
