@@ -44,7 +44,7 @@ class ServiceArming : public ::testing::Test {
   void slip(double by_in, const char* fault) {
     const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
     follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
+    EXPECT_TRUE(rig_.is_driven(rig_.card().commands + 200)) << "rows for the monitor to know the noise";
     rig_.card().position_in += by_in;
     const Json over = follow(daemon_, entry);
     EXPECT_EQ(over.at("outcome"), "faulted") << over;

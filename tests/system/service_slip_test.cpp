@@ -145,7 +145,7 @@ TEST_F(ServiceArming, KnowsASlipOfARunWhoseServiceWasKilledAsItTripped) {
   client_->call("arm");
   const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);
   follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // rows for the monitor to know the noise
+  EXPECT_TRUE(rig_.is_driven(rig_.card().commands + 200)) << "rows for the monitor to know the noise";
   rig_.card().position_in += 0.07;
   const auto deadline = std::chrono::steady_clock::now() + kGenerous;
   while (rig_.card().is_enabled() && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
@@ -162,6 +162,7 @@ TEST_F(ServiceArming, AsksForARulerAfterARunWhoseRowsCannotBeRead) {
   client_->call("arm");
   const std::int64_t entry = submit(*client_, quiet_experiment_text("ends", 20.0), false);
   follow(daemon_, entry, [](const Json& snapshot) { return snapshot.at("state") == "running"; });
+  EXPECT_TRUE(rig_.is_driven(200)) << "before its run is named there is nothing to lose";
   EXPECT_EQ(daemon_.stop(SIGKILL), 128 + SIGKILL);
   client_.reset();
   std::ofstream(only_run(daemon_.runs()) / "raw.ehalog") << "not a journal";
