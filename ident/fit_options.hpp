@@ -43,7 +43,7 @@ struct FitOptions {
   /// record whose input steps at its first row.
   std::optional<double> input_before = {};
   /// Mean square error of the estimating part beyond which the model is not wanted: the search of a grey box gives up
-  /// where it will not come below it. None: whatever is found.
+  /// where it will not come below it, and one along a flat valley is short. None: whatever is found.
   std::optional<double> most_mse = {};
 };
 

@@ -14,6 +14,7 @@
 #include "core/display_unit.hpp"
 #include "core/error.hpp"
 #include "daemon/identify/compared_records.hpp"
+#include "daemon/identify/comparison_fits.hpp"
 #include "daemon/identify/judging.hpp"
 #include "daemon/identify/record_units.hpp"
 #include "daemon/identify/thread_executor.hpp"
@@ -33,34 +34,6 @@ constexpr double kMostHidden_percent = 10.0;  // of the output's variance, left 
 
 // Of what is left over, from which on nothing is certified where the inputs differ, too.
 constexpr double kFarOtherLeftOver = 2.0;
-
-ident::FitResult fit_named(const Source& source, const ident::StructureOptions& structure,
-                           const ident::FitOptions& options, const ident::FitProgress& progress) {
-  try {
-    return ident::fit(source.record, structure, options, thread_executor(), {}, progress);
-  } catch (const DataError& error) {
-    throw DataError(fmt::format("{}: {}", source.name, error.what()));
-  }
-}
-
-std::vector<ComparedRun> fit_all(const std::vector<Source>& sources, const ident::StructureOptions& structure,
-                                 const std::vector<ident::FitOptions>& options, const Progress& progress) {
-  std::vector<ComparedRun> runs;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const Source& source = sources[i];
-    ComparedRun& run = runs.emplace_back();
-    run.fit = fit_named(source, structure, options[i], part_of(progress, i, sources.size(), source.name));
-    ident::Model& model = run.fit.model;
-    model.verdict = ident::judge(model, {});
-    // As the run's own report has it.
-    IdentificationTask task = task_of(source);
-    task.excited = excited_lines_of(source);
-    if (const auto excited = excited_by(task, run.fit)) {
-      model.verdict->usable_band = ident::usable_band(model, run.fit.covariance, *excited, task.acceptance);
-    }
-  }
-  return runs;
-}
 
 /// Rms error of a model on a record, with its offset estimated again, beyond the errors that are known of its
 /// parameters and of the record's input.
@@ -196,16 +169,6 @@ std::optional<Unfit> hides_a_change(const ident::Model& before, const ident::Mod
                                      poor.estimation->score.r2_percent)};
 }
 
-/// Whether every record determines the dead band of its map, and it is none of 0.
-bool shows_a_valve(const std::vector<ComparedRun>& runs) {
-  return std::all_of(runs.begin(), runs.end(), [](const ComparedRun& run) {
-    const std::vector<ident::ParameterEstimate>& all = run.fit.model.parameters;
-    return std::any_of(all.begin(), all.end(), [](const ident::ParameterEstimate& p) {
-      return p.role == ident::ParameterRole::dead_band && std::isfinite(p.std) && p.value > ident::kInterval95 * p.std;
-    });
-  });
-}
-
 /// Of a map: the first record that does not determine the dead band or the gain behind it; none if all do.
 std::optional<std::size_t> without_known_map(const std::vector<ComparedRun>& runs) {
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -216,65 +179,6 @@ std::optional<std::size_t> without_known_map(const std::vector<ComparedRun>& run
     }
   }
   return std::nullopt;
-}
-
-double mse_of(const ComparedRun& run) { return run.fit.model.estimation->score.mse; }
-
-/// Free parameters of the plant in a fit.
-int free_parameters(const ComparedRun& run) {
-  const std::vector<ident::ParameterEstimate>& all = run.fit.model.parameters;
-  return static_cast<int>(std::count_if(all.begin(), all.end(), [](const auto& p) { return !p.fixed; }));
-}
-
-/// Whether fits with a dead time describe all records better than those without one: each errs clearly less; or one
-/// errs far less, and none more; or all leave plain noise over, of which BIC judges.
-bool needs_dead_time(const std::vector<ComparedRun>& with, const std::vector<ComparedRun>& without) {
-  constexpr double kClearly = 0.9;  // of the rms error
-  constexpr double kFar = 0.5;
-  constexpr double kAlike = 1.02;
-  bool err_less = true;
-  bool errs_far_less = false;
-  bool errs_more = false;
-  bool are_plain = true;
-  double bic = 0.0;
-  for (std::size_t i = 0; i < with.size(); ++i) {
-    const double ratio = mse_of(with[i]) / mse_of(without[i]);
-    const auto samples = static_cast<double>(with[i].fit.model.estimation->score.samples);
-    err_less = err_less && ratio < kClearly * kClearly;
-    errs_far_less = errs_far_less || ratio < kFar * kFar;
-    errs_more = errs_more || ratio > kAlike * kAlike;
-    are_plain = are_plain && ident::leaves_plain_noise(with[i].fit.model);
-    bic += samples * std::log(ratio) + (free_parameters(with[i]) - free_parameters(without[i])) * std::log(samples);
-  }
-  return err_less || (errs_far_less && !errs_more) || (are_plain && bic < 0.0);
-}
-
-/// The fit of a structure with a dead time to all records where they need one; empty where none does.
-std::vector<ComparedRun> fit_with_dead_time(const std::vector<Source>& sources, const std::vector<ComparedRun>& without,
-                                            ident::StructureOptions& structure,
-                                            const std::vector<ident::FitOptions>& options, const Progress& progress) {
-  std::vector<ComparedRun> best;
-  const bool is_behind_valve = structure.structure.input_map.valve.has_value() && shows_a_valve(without);
-  std::vector<ident::StructureOptions> families(is_behind_valve ? 1 : 2);
-  if (is_behind_valve) {
-    families[0] = structure;
-  } else {
-    families[0].structure = ident::structures::io1();
-    families[1].structure = ident::structures::io();
-    for (ident::StructureOptions& one : families) one.name = one.structure.family;
-  }
-  for (ident::StructureOptions& asked : families) {
-    asked.structure.delay.freedom = ident::Freedom::free;
-    try {
-      std::vector<ComparedRun> runs = fit_all(sources, asked, options, progress);
-      if (!needs_dead_time(runs, best.empty() ? without : best)) continue;
-      best = std::move(runs);
-      structure = std::move(asked);
-    } catch (const DataError&) {
-      continue;  // a record cannot estimate this structure
-    }
-  }
-  return best;
 }
 
 /// Whether an input is one step, from one level to another, or a single pulse back.
@@ -408,8 +312,9 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
   structure.name = comparison.structure = "io_valve";
   structure.structure = ident::structures::behind_valve(ident::structures::io());
   std::string without_map;
+  ComparisonFits fits(sources, options, progress);
   try {
-    comparison.runs = fit_all(sources, structure, options, progress);
+    comparison.runs = fits.of(structure);
     if (const auto unknown = without_known_map(comparison.runs)) {
       without_map = fmt::format("{} does not determine one", sources[*unknown].name);
     }
@@ -419,9 +324,9 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
   if (!without_map.empty()) {
     structure.name = "io";
     structure.structure = ident::structures::io();
-    comparison.runs = fit_all(sources, structure, options, progress);
+    comparison.runs = fits.of(structure);
   }
-  auto with_dead_time = fit_with_dead_time(sources, comparison.runs, structure, options, progress);
+  auto with_dead_time = fits.with_dead_time(comparison.runs, structure);
   if (!with_dead_time.empty()) comparison.runs = std::move(with_dead_time);
   comparison.structure = structure.name;
   comparison.has_dead_time = structure.structure.delay.freedom == ident::Freedom::free;
@@ -437,11 +342,11 @@ RunComparison compared(const std::vector<Source>& sources, const Progress& progr
     comparison.notes.push_back(fmt::format("Compared without a valve map: {}", without_map));
   }
   const double level = ident::kFalseAlarm / static_cast<double>(sources.size() - 1);
-  std::vector<OnOwnRecord> own;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    own.push_back({ident::validate(comparison.runs[i].fit.model, sources[i].record, options[i]),
-                   options.front().decimation * first.record.step_s});
-  }
+  std::vector<OnOwnRecord> own(sources.size());
+  thread_executor()(sources.size(), [&](std::size_t i) {
+    own[i] = {ident::validate(comparison.runs[i].fit.model, sources[i].record, options[i]),
+              options.front().decimation * first.record.step_s};
+  });
   for (std::size_t i = 1; i < comparison.runs.size(); ++i) {
     const ComparedRun& before = comparison.runs.front();
     ComparedRun& run = comparison.runs[i];
@@ -484,12 +389,12 @@ RunComparison compare_runs(const std::vector<Source>& recorded, const Progress& 
   std::vector<Source> sources = in_units_of_first(recorded);
   RunComparison comparison = compared(sources, progress);
   std::vector<std::string> drifts(sources.size());
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    if (ident::leaves_plain_noise(comparison.runs[i].fit.model)) continue;
+  thread_executor()(sources.size(), [&](std::size_t i) {
+    if (ident::leaves_plain_noise(comparison.runs[i].fit.model)) return;
     if (const std::string drift = take_trend_out(sources[i]); !drift.empty()) {
       drifts[i] = fmt::format("{}: {}", sources[i].name, drift);
     }
-  }
+  });
   const auto is_any = [](const std::string& text) { return !text.empty(); };
   if (std::none_of(drifts.begin(), drifts.end(), is_any)) return comparison;
   comparison = compared(sources, progress);

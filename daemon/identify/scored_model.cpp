@@ -130,11 +130,22 @@ ScoredModel scored_as_recorded(const ident::Model& model, const Source& source, 
   return one;
 }
 
+/// What is left of an error's rms without the straight line that takes most of it.
+double share_beside_line(const ident::OutputOfModel& of) {
+  const Eigen::VectorXd error = (of.measured - of.simulated).array() - (of.measured - of.simulated).mean();
+  const Eigen::VectorXd line = of.time_s.array() - of.time_s.mean();
+  const double all = error.squaredNorm();
+  const double slope = error.dot(line);
+  return all > 0.0 ? std::sqrt(std::max(0.0, 1.0 - slope * slope / (line.squaredNorm() * all))) : 1.0;
+}
+
 /// Without the drift of the record, where the model errs clearly more than on its own record, and less without it.
 ScoredModel scored(const ident::Model& model, const Source& source, const ident::FitOptions& options, double level,
                    const ident::FitProgress& progress) {
   ScoredModel one = scored_as_recorded(model, source, options, level, progress);
   if (!(one.rms_error > ident::kGreatestErrorOverRefit * own_rms_error(model))) return one;
+  constexpr double kMargin = 1.1;  // the initial state may follow a line for a while
+  if (share_beside_line(one.output) > kMargin * kLessWithoutDrift) return one;
   Source straight = source;
   std::string drift = take_trend_out(straight);
   if (drift.empty()) return one;

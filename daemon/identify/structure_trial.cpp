@@ -69,6 +69,14 @@ bool misses_a_part(const ident::Verdict& verdict) {
 
 constexpr double kLeastDamping = 0.005;
 
+/// The mean square error of the estimating part that a trial may have at most and still err clearly less than the model
+/// on the other part, however the two parts differ.
+double useful_mse(const ident::Model& model) {
+  constexpr double kMost = kOtherPart * kClearlyLess;
+  const double estimating = model.estimation ? model.estimation->score.mse : 0.0;
+  return kMost * kMost * std::max(estimating, ident::shown_mse(model));
+}
+
 /// The first of more poles and zeros that leaves nothing over, else the one that errs least; none that holds.
 std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const ident::PreparedRecord& prepared,
                                          const Identification& identification, const ident::Model& first) {
@@ -81,7 +89,8 @@ std::optional<Trial> trial_of_more_poles(const IdentificationTask& task, const i
     asked.structure = ident::structures::io(degrees);
     if (has_delay) asked.structure.delay.freedom = ident::Freedom::free;
     if (integrates) asked.parameters.push_back({.name = "a0", .fixed = true, .start = 0.0, .lower = {}, .upper = {}});
-    std::optional<ident::Model> model = fit_that_holds(task, prepared, asked, {ident::Search::known, known});
+    std::optional<ident::Model> model =
+        fit_that_holds(task, prepared, asked, {ident::Search::known, known, useful_mse(first)});
     // Play and friction make a pair of poles that hardly dies away of a plant without one; oil and mass damp more.
     if (!model || ident::least_damping(*model) < kLeastDamping) continue;
     const bool is_clean = !misses_a_part(*model->verdict);
@@ -135,14 +144,6 @@ bool is_wanted(const Identification& identification, const ident::GreyBoxKind* k
 /// Whether what the kind has may be what a model of the table misses.
 bool may_be_explained_by(const ident::GreyBoxKind& kind, const ident::Model& model, const ident::Model* first) {
   return model.verdict && (&model == first || ident::grey_box_to_try(model, *model.verdict) == &kind);
-}
-
-/// The mean square error of the estimating part that a trial may have at most and still err clearly less than the model
-/// on the other part, however the two parts differ.
-double useful_mse(const ident::Model& model) {
-  constexpr double kMost = kOtherPart * kClearlyLess;
-  const double estimating = model.estimation ? model.estimation->score.mse : 0.0;
-  return kMost * kMost * std::max(estimating, ident::shown_mse(model));
 }
 
 /// Whether more poles may describe what the first model misses: whatever its error looks like, but for one that

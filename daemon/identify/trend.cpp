@@ -57,14 +57,16 @@ Trend slope_of(const Eigen::VectorXd& time_s, const Eigen::VectorXd& rest) {
   return slope;
 }
 
-/// A plant of two poles, by all rows of a record.
-ident::FitResult plant_of(const ident::Record& record, ident::FitOptions options) {
+/// A plant of two poles, by all rows of a record. @param near  of a record that differs little; none: searched
+ident::FitResult plant_of(const ident::Record& record, ident::FitOptions options,
+                          const std::vector<ident::Model>& near) {
   ident::StructureOptions plant;
   plant.name = "io";
   plant.structure = ident::structures::io();
   options.split = 1.0;
   options.intervals = ident::IntervalMethod::straight;
-  return ident::fit(record, plant, options, thread_executor());
+  if (!near.empty()) options.search = ident::Search::known;
+  return ident::fit(record, plant, options, thread_executor(), near);
 }
 
 bool is_drift(const IdentifiedModel& one) {
@@ -94,9 +96,11 @@ std::optional<Trend> trend_of(const IdentificationTask& task) {
                                                     record.step_s * static_cast<double>(record.output.size() - 1)),
                          record.output);
   take_out(found.per_s, record);
+  std::vector<ident::Model> near;
   try {
     for (int round = 0; round < kMostRounds; ++round) {
-      const ident::FitResult fit = plant_of(record, task.options);
+      const ident::FitResult fit = plant_of(record, task.options, near);
+      near = {fit.model};
       const Trend more = slope_of(fit.time_s, fit.measured - fit.simulated);
       found = {found.per_s + more.per_s, more.half_width};
       take_out(more.per_s, record);
@@ -143,8 +147,8 @@ std::string take_trend_out(Source& source) {
   ident::Record straight = source.record;
   take_out(trend->per_s, straight);
   try {
-    const ident::Model with = plant_of(source.record, task.options).model;
-    const ident::Model without = plant_of(straight, task.options).model;
+    const ident::Model with = plant_of(source.record, task.options, {}).model;
+    const ident::Model without = plant_of(straight, task.options, {with}).model;
     const double length_s = straight.step_s * static_cast<double>(straight.output.size() - 1);
     if (slowest_pole_s(without) > length_s || !with.estimation || !without.estimation ||
         !(without.estimation->score.mse < kLessThanJump * kLessThanJump * with.estimation->score.mse)) {

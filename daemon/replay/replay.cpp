@@ -12,7 +12,6 @@
 #include "core/inch.hpp"
 #include "core/millimetre_key.hpp"
 #include "hal/sim/cylinder.hpp"
-#include "hal/sim/sim_rig.hpp"
 
 namespace eha::replay {
 namespace {
@@ -35,10 +34,10 @@ Eigen::VectorXd displacement_in(const hal::SimOptions& options, const Eigen::Ref
 }
 
 ident::Record recorded(const hal::SimOptions& options, const Eigen::Ref<const Eigen::VectorXd>& volts, double step_s,
-                       std::uint64_t seed) {
+                       std::uint64_t seed, hal::Integration integration) {
   hal::SimOptions seeded = options;
   seeded.seed = seed;
-  const std::unique_ptr<hal::Rig> rig = hal::open_rig(seeded, 0.0);
+  const std::unique_ptr<hal::Rig> rig = hal::open_rig(seeded, 0.0, integration);
   static_cast<void>(rig->set_enable(true));
   ident::Record record;
   record.step_s = step_s;

@@ -58,10 +58,11 @@ Trial trial(const hal::SimOptions& twin, const Eigen::Ref<const Eigen::VectorXd>
             const ident::Executor& executor) {
   TrialTask quick = task;
   quick.options.intervals = ident::IntervalMethod::straight;
+  quick.options.reported = ident::Reported::estimation;
   std::vector<double> errors(static_cast<std::size_t>(task.records));
   executor(errors.size(), [&](std::size_t i) {
     const std::uint64_t seed = kSeeds + i;
-    errors[i] = std_of(recorded(drawn(twin, seed), volts, task.step_s, seed), quick);
+    errors[i] = std_of(recorded(drawn(twin, seed), volts, task.step_s, seed, hal::Integration::quick), quick);
   });
   const auto [lowest, highest] = std::minmax_element(errors.begin(), errors.end());
   return {.std = std::sqrt(*lowest * *highest), .lowest = *lowest, .highest = *highest};

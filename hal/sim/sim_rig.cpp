@@ -17,8 +17,9 @@ constexpr double kInchPerMetre = 1.0 / kMetrePerInch;
 
 class SimRig final : public Rig {
  public:
-  SimRig(const SimOptions& options, double safe_V)
+  SimRig(const SimOptions& options, double safe_V, Integration integration)
       : cylinder_(options),
+        integration_(integration),
         output_(options.command_min_V, options.command_max_V, options.resolution_bits),
         input_(options.feedback_min_V, options.feedback_max_V, options.resolution_bits),
         noise_(options.seed),
@@ -43,8 +44,10 @@ class SimRig final : public Rig {
 
   RigStatus read(std::int64_t elapsed_ns, RigReading& reading) noexcept override {
     if (elapsed_ns > elapsed_ns_) {
-      cylinder_.advance(held_V_, enabled_ ? Ports::open : Ports::blocked,
-                        static_cast<double>(elapsed_ns - elapsed_ns_) * 1e-9);
+      const Ports ports = enabled_ ? Ports::open : Ports::blocked;
+      const double duration_s = static_cast<double>(elapsed_ns - elapsed_ns_) * 1e-9;
+      if (integration_ == Integration::exact) cylinder_.advance(held_V_, ports, duration_s);
+      if (integration_ == Integration::quick) cylinder_.advance_implicitly(held_V_, ports, duration_s);
     }
     elapsed_ns_ = elapsed_ns;
     const double exact_V = (cylinder_.state().displacement_m * kInchPerMetre - offset_in_) / scale_in_per_V_;
@@ -81,6 +84,7 @@ class SimRig final : public Rig {
  private:
   RigCapabilities capabilities_;
   Cylinder cylinder_;
+  Integration integration_;
   Converter output_;
   Converter input_;
   NormalNoise noise_;
@@ -95,7 +99,7 @@ class SimRig final : public Rig {
 
 }  // namespace
 
-std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V) {
+std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V, Integration integration) {
   std::vector<OptionIssue> issues = check(options);
   if (!(safe_V >= options.command_min_V && safe_V <= options.command_max_V)) {
     std::ostringstream message;
@@ -104,7 +108,7 @@ std::unique_ptr<Rig> open_rig(const SimOptions& options, double safe_V) {
     issues.push_back({"command_min_V", message.str()});
   }
   if (!issues.empty()) throw ConfigError(to_lines(issues, std::string(SimOptions::kName)));
-  return std::make_unique<SimRig>(options, safe_V);
+  return std::make_unique<SimRig>(options, safe_V, integration);
 }
 
 }  // namespace eha::hal

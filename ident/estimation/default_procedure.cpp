@@ -278,13 +278,17 @@ class DefaultFit {
     if (least != begun.end() && least->termination != Termination::infeasible) starts.push_back(least->theta);
   }
 
+  [[nodiscard]] Patience patience() const { return options_.most_mse ? Patience::little : Patience::full; }
+
   /// Optima on the whole record. @param searches  on it, from where they were left
   std::vector<LocalOptimum> followed(const OutputError& problem, const Variant& variant,
                                      std::vector<LeastSquaresResult> searches) {
     const Parametrisation& parametrisation = problem.parametrisation();
     executor_(searches.size(), [&](std::size_t k) { proceed(problem, searches[k]); });
     // Valleys are flat where many coefficients are estimated.
-    if (is_thinly_covered(parametrisation)) follow_down_all(problem, searches);
+    if (is_thinly_covered(parametrisation)) {
+      follow_down_all(problem, searches, patience());
+    }
     std::vector<LocalOptimum> optima;
     const std::size_t free = free_parameters(parametrisation, variant.linear);
     for (LeastSquaresResult& r : searches) {
@@ -422,7 +426,7 @@ class DefaultFit {
       if (chosen.best.termination != Termination::evaluation_limit) break;
       const double cost = chosen.best.point.cost;
       chosen.best.work = {};
-      chosen.best = followed_down(problem, std::move(chosen.best), 1);
+      chosen.best = followed_down(problem, std::move(chosen.best), patience());
       work_["refine"] += chosen.best.work;
       const bool falls = chosen.best.point.cost < (1.0 - kNoWorse) * cost;
       if (!falls && chosen.best.termination == Termination::evaluation_limit) {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "core/error.hpp"
 #include "ident/estimation/fit_report.hpp"
@@ -25,7 +26,10 @@ namespace {
 constexpr int kRoughBoxSteps = 15;  // trials of every start
 constexpr int kMostBoxSteps = 200;  // of those followed
 constexpr std::size_t kMostBoxesFollowed = 3;
-constexpr double kUnseen = 0.01;  // of a row: the record shows no shorter time constant
+constexpr int kRoughParts = 4;        // of the step between compared rows, which a search from afar simulates
+constexpr int kBoxStepsOfTrial = 30;  // by each row, of one that may not be wanted
+constexpr double kAlike = 1.02;       // times the least cost of that search: followed by each row
+constexpr double kUnseen = 0.01;      // of a row: the record shows no shorter time constant
 
 /// The linear structure of a kind, without the requests for what it does not have.
 StructureOptions linear_of(const StructureOptions& asked, const GreyBoxKind& kind) {
@@ -142,18 +146,32 @@ FitResult fit_grey_box(const PreparedRecord& prepared, const StructureOptions& a
   std::vector<GreyBoxSearch::End> ends(starts.size());
   const double most_cost = options.most_mse.value_or(std::numeric_limits<double>::infinity()) *
                            static_cast<double>(search.measured().size());
+  const auto rows_together = static_cast<Eigen::Index>(prepared.rows.comparison.every) / kRoughParts;
+  const GreyBoxSearch from_afar(prepared, asked, std::max<Eigen::Index>(1, rows_together));
   executor(starts.size(), [&](std::size_t k) {
-    ends[k] = search.minimised(starts[k], {kRoughBoxSteps, true, kMostBoxSteps}, most_cost);
+    ends[k] = from_afar.minimised(starts[k], {kRoughBoxSteps, true, kMostBoxSteps}, most_cost);
   });
   Work work;
   work.local_searches = starts.size();
-  for (const GreyBoxSearch::End& end : ends) work.evaluations += end.evaluations;
+  for (GreyBoxSearch::End& end : ends) work.evaluations += std::exchange(end.evaluations, 0);
   std::stable_sort(ends.begin(), ends.end(), [](const auto& one, const auto& other) { return one.cost < other.cost; });
   ends.resize(std::min(ends.size(), kMostBoxesFollowed));
   std::erase_if(ends, [](const GreyBoxSearch::End& end) { return end.is_hopeless; });
-  executor(ends.size(), [&](std::size_t k) {
-    ends[k] = search.minimised(ends[k].model, {kMostBoxSteps, false, 0}, most_cost);
-  });
+  const auto follow = [&](const GreyBoxSearch& by, int trials) {
+    executor(ends.size(), [&](std::size_t k) {
+      const std::size_t evaluations = ends[k].evaluations;
+      ends[k] = by.minimised(ends[k].model, {trials, false, 0}, most_cost);
+      ends[k].evaluations += evaluations;
+    });
+  };
+  if (rows_together > 1 && !ends.empty()) {
+    follow(from_afar, kMostBoxSteps);
+    const auto least = std::min_element(ends.begin(), ends.end(),
+                                        [](const auto& one, const auto& other) { return one.cost < other.cost; });
+    const double most = kAlike * least->cost;
+    std::erase_if(ends, [&](const GreyBoxSearch::End& end) { return !(end.cost <= most); });
+  }
+  follow(search, rows_together > 1 && options.most_mse ? kBoxStepsOfTrial : kMostBoxSteps);
   std::optional<GreyBoxSearch::End> best;
   for (GreyBoxSearch::End& end : ends) {
     work.evaluations += end.evaluations;

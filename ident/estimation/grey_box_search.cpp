@@ -11,11 +11,12 @@
 namespace eha::ident {
 namespace {
 
-constexpr double kDifference = 1e-6;     // relative step of a derivative
-constexpr double kFarOff = 1e6;          // times the output's spread, for a trial that is not finite
-constexpr double kTolerance = 1e-8;      // relative, of cost and step
-constexpr std::size_t kStepsBack = 5;    // whose fall of the cost tells how far a search may still come
-constexpr double kLeastLogarithm = -50;  // of a positive value
+constexpr double kDifference = 1e-6;      // relative step of a derivative
+constexpr double kFarOff = 1e6;           // times the output's spread, for a trial that is not finite
+constexpr double kTolerance = 1e-8;       // relative, of cost and step
+constexpr double kRoughTolerance = 1e-5;  // the same from afar, where each row then finds the end
+constexpr std::size_t kStepsBack = 5;     // whose fall of the cost tells how far a search may still come
+constexpr double kLeastLogarithm = -50;   // of a positive value
 
 double& value_of(Model& model, const ParameterKey& key) {
   switch (key.role) {
@@ -32,20 +33,44 @@ double& value_of(Model& model, const ParameterKey& key) {
   }
 }
 
+/// Means of so many values each, the last one repeated.
+Eigen::VectorXd means_of(const Eigen::VectorXd& values, Eigen::Index together) {
+  const Eigen::Index count = (values.size() + together - 1) / together;
+  Eigen::VectorXd means(count + 1);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    means[k] = values.segment(k * together, std::min(together, values.size() - k * together)).mean();
+  }
+  means[count] = means[count - 1];
+  return means;
+}
+
+/// Straight lines between values that are so many rows apart.
+Eigen::VectorXd in_between(const Eigen::VectorXd& values, Eigen::Index apart, Eigen::Index rows) {
+  Eigen::VectorXd all(rows);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Eigen::Index k = row / apart;
+    const double share = static_cast<double>(row - k * apart) / static_cast<double>(apart);
+    all[row] = values[k] + share * (values[k + 1] - values[k]);
+  }
+  return all;
+}
+
 }  // namespace
 
-GreyBoxSearch::GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked)
+GreyBoxSearch::GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked, Eigen::Index rows_together)
     : asked_(asked),
       kind_(*asked.structure.grey_box.value().kind),
       rows_(prepared.rows.comparison),
       estimates_start_(asked.initial_state == InitialState::estimated ||
-                       (asked.initial_state == InitialState::automatic && kind_.estimates_start)) {
+                       (asked.initial_state == InitialState::automatic && kind_.estimates_start)),
+      rows_together_(rows_together) {
   rows_.count = prepared.rows.estimating;
   // Rows after the window of the last compared one cannot reach it.
   const auto needed = static_cast<Eigen::Index>(prepared.rows.last + rows_.taps.size() / 2 + 1);
   record_ = prepared.record;
   record_.input.conservativeResize(std::min(needed, record_.input.size()));
   record_.output.conservativeResize(record_.input.size());
+  if (rows_together_ > 1) means_ = means_of(record_.input, rows_together_);
   kept_ = MeasuredRows(record_, rows_);
   measured_ = kept_.of(picked(record_.output, rows_));
   spread_ = std::sqrt((measured_.array() - measured_.mean()).square().mean());
@@ -104,9 +129,17 @@ Model GreyBoxSearch::begun_at(Model model) const {
   return model;
 }
 
+Eigen::VectorXd GreyBoxSearch::simulated(const Model& model) const {
+  if (rows_together_ == 1) {
+    return grey_box_output(model, record_.input.array() + model.input_bias, record_.step_s);
+  }
+  const double step_s = record_.step_s * static_cast<double>(rows_together_);
+  return in_between(grey_box_output(model, means_.array() + model.input_bias, step_s), rows_together_,
+                    record_.input.size());
+}
+
 Eigen::VectorXd GreyBoxSearch::residual(const Model& model) const {
-  const Eigen::VectorXd v = record_.input.array() + model.input_bias;
-  Eigen::VectorXd error = kept_.of(picked(grey_box_output(model, v, record_.step_s), rows_)) - measured_;
+  Eigen::VectorXd error = kept_.of(picked(simulated(model), rows_)) - measured_;
   error.array() += model.initial_output;
   if (!error.allFinite()) error.setConstant(kFarOff * spread_);
   return error;
@@ -243,8 +276,9 @@ GreyBoxSearch::End GreyBoxSearch::minimised(const Model& start, const Effort& ef
   Functor functor{*this, start, effort.rough};
   Eigen::LevenbergMarquardt<Functor> minimiser(functor);
   minimiser.parameters.maxfev = effort.trials;
-  minimiser.parameters.ftol = kTolerance;
-  minimiser.parameters.xtol = kTolerance;
+  const double tolerance = rows_together_ > 1 ? kRoughTolerance : kTolerance;
+  minimiser.parameters.ftol = tolerance;
+  minimiser.parameters.xtol = tolerance;
   Eigen::VectorXd theta = place(start);
   Status status = minimiser.minimizeInit(theta);
   std::vector<double> costs;

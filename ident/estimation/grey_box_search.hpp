@@ -24,7 +24,9 @@ struct GreyBoxCoordinate {
 /// outlive it. Thread-safe. A residual costs one simulation of the record, O(rows).
 class GreyBoxSearch {
  public:
-  GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked);
+  /// @param rows_together  that are simulated as one of their mean input, the output in between as straight: for a
+  /// search from afar
+  GreyBoxSearch(const PreparedRecord& prepared, const StructureOptions& asked, Eigen::Index rows_together = 1);
 
   [[nodiscard]] const std::vector<GreyBoxCoordinate>& coordinates() const { return coordinates_; }
   [[nodiscard]] const Eigen::VectorXd& measured() const { return measured_; }
@@ -77,11 +79,16 @@ class GreyBoxSearch {
 
   void choose_coordinates();
 
+  /// The first state of the model at each row.
+  [[nodiscard]] Eigen::VectorXd simulated(const Model& model) const;
+
   const StructureOptions& asked_;
   const GreyBoxKind& kind_;
   Comparison rows_;
   bool estimates_start_;
   Record record_;
+  Eigen::Index rows_together_;
+  Eigen::VectorXd means_;  ///< of the input of as many rows
   MeasuredRows kept_;
   Eigen::VectorXd measured_;
   double spread_ = 0.0;
