@@ -17,6 +17,7 @@
 #include "ident/model/parameter_text.hpp"
 #include "ident/signal/frozen_input.hpp"
 #include "ident/validation/error_cause.hpp"
+#include "ident/validation/parameter_change.hpp"
 #include "ident/validation/verdict.hpp"
 #include "ident/validation/verdict_phrases.hpp"
 
@@ -32,6 +33,7 @@ constexpr std::size_t kMostBasesTried = 2;
 constexpr std::array<Index, 6> kShifts{1, 2, 4, 8, 16, 32};  // rows
 constexpr double kMostShifted = 0.05;                        // of its rows, for a shift
 constexpr double kLessByShift = 0.5;                         // of the error
+constexpr double kGainByShift = 50.0;                        // of BIC, where plain noise is left over
 constexpr double kLessWithoutFrozen = 0.5;                   // of the error
 
 /// The simple models of a table, those that err least, and the one that stands first in it.
@@ -108,7 +110,19 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
     take(middle + step);
   }
   if (best_rows == 2) take(3);
-  if (!best || !(best->error <= kLessByShift * least)) return std::nullopt;
+  if (!best) return std::nullopt;
+  const bool is_far_less = best->error <= kLessByShift * least;
+  if (!is_far_less) {
+    // A lag makes up for most of a row or two; that the rest is plain noise then tells.
+    const auto samples = static_cast<double>(record.input.size() / parts);
+    if (!(2.0 * samples * std::log(least / best->error) > kGainByShift)) return std::nullopt;
+    const auto leaves_plain_noise = [&](Index rows) {
+      const auto found =
+          least_error_of(bases, with_later_input(record, rows * parts), task.options, ident::Reported::everything);
+      return found && ident::leaves_plain_noise(found->model);
+    };
+    if (leaves_plain_noise(0) || !leaves_plain_noise(best_rows)) return std::nullopt;
+  }
   const double row_s = record.step_s * static_cast<double>(parts);
   // A plant whose dead time behind the shifted input is longer than the shift answers after the given one, too: a fit
   // that a drift of the sensor led astray was led back by chance.
@@ -116,12 +130,13 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
   // Rows that are too slow for the plant look like a column that is one row late.
   if (best_rows == 1 && !task.slow_rows.empty()) return std::nullopt;
   WrongInput wrong{
-      fmt::format("The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
-                  "input of as many rows later {} errs {} times as much, and no plant answers before its input. If the "
-                  "input was played, shift the column back (`eha fit --input-late {}`), or mend the logger; if a "
-                  "controller made it from the output, the record is of a loop, and no shift mends it",
-                  best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
-                  ident::figure_text(best->error / least), best_rows),
+      fmt::format(
+          "The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
+          "input of as many rows later {} errs {} times as much{}, and no plant answers before its input. If the "
+          "input was played, shift the column back (`eha fit --input-late {}`), or mend the logger; if a "
+          "controller made it from the output, the record is of a loop, and no shift mends it",
+          best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
+          ident::figure_text(best->error / least), is_far_less ? "" : " and leaves plain noise over", best_rows),
       fmt::format("--input-late {}", best_rows)};
   return LateInput{std::move(wrong), best_rows, best->model.estimation->score.r2_percent};
 }

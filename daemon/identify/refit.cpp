@@ -29,16 +29,30 @@ bool misses_something(const ident::Model& model) {
                            Kind::error_over_estimating, Kind::error_over_noise, Kind::far_error_over_noise});
 }
 
+namespace {
+
+/// Whether the fastest pole of a model is faster than a row shows: no search goes on from there.
+bool has_vanished_pole(const ident::Model& model, double step_s) {
+  constexpr double kVanished = 0.05;  // of a row
+  const std::vector<ident::Term>& all = model.transfer_function.denominator;
+  if (all.size() < 2 || !(all.front().order > all[1].order)) return false;
+  const double time = std::abs(all.front().coefficient / all[1].coefficient);
+  return std::pow(time, 1.0 / (all.front().order - all[1].order)) < kVanished * step_s;
+}
+
+}  // namespace
+
 std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& bases, const ident::Record& record,
-                                    ident::FitOptions options) {
+                                    ident::FitOptions options, ident::Reported reported) {
   options.intervals = ident::IntervalMethod::straight;
-  options.search = ident::Search::nearest;
-  options.reported = ident::Reported::score;
+  options.reported = reported;
+  const double step_s = record.step_s * static_cast<double>(options.decimation);
   // What is wrong with a column may lie in the part that judges.
   options.split = 1.0;
   std::optional<Refit> best;
   for (const IdentifiedModel* base : bases) {
     try {
+      options.search = has_vanished_pole(base->result.model, step_s) ? ident::Search::known : ident::Search::nearest;
       const ident::PreparedRecord prepared(record, options);
       const ident::Model model =
           ident::fit(prepared, base->structure, options, thread_executor(), {base->result.model}).model;

@@ -30,10 +30,12 @@ struct Refit {
   ident::Model model = {};
 };
 
-/// The structure that errs least of these fitted to another record, each from where it was found; none where the record
-/// allows none. All rows estimate. Cost: a local fit of each.
+/// The structure that errs least of these fitted to another record, each from where it was found and, where that is at
+/// the edge of what rows show, from guessed poles, too; none where the record allows none. All rows estimate.
+/// Cost: a local fit of each.
 [[nodiscard]] std::optional<Refit> least_error_of(const std::vector<const IdentifiedModel*>& bases,
-                                                  const ident::Record& record, ident::FitOptions options);
+                                                  const ident::Record& record, ident::FitOptions options,
+                                                  ident::Reported reported = ident::Reported::score);
 
 /// These rows of a record.
 [[nodiscard]] ident::Record rows_from(const ident::Record& record, Eigen::Index first, Eigen::Index count);

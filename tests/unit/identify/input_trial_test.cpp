@@ -191,6 +191,39 @@ TEST(InputTrial, FindsAColumnThatComesLate) {
   EXPECT_EQ(of_steps.mended_input, "--input-late 2") << first_reason(of_steps);
 }
 
+TEST(InputTrial, CountsTheRowsOfALateInputThatALagMakesUpFor) {
+  constexpr double kQuickRow_s = 0.01;
+  constexpr double kLag_s = 0.03;
+  VectorXd command = VectorXd::Zero(4000);
+  VectorXd output(command.size());
+  ident::PortableDraw draw(20);
+  for (const double f_Hz : {0.1, 0.3, 0.5, 0.9, 1.3, 2.1, 3.1}) {
+    const double phase = 6.28 * draw.uniform();
+    for (Index k = 0; k < command.size(); ++k) {
+      command[k] += std::sin(2.0 * std::numbers::pi * f_Hz * kQuickRow_s * static_cast<double>(k) + phase);
+    }
+  }
+  double place = 100.0;
+  double speed = 0.0;
+  for (Index k = 0; k < command.size(); ++k) {
+    output[k] = place + 0.02 * draw.normal();
+    const double v = command[k] - 0.1;
+    const double beyond = std::copysign(std::max(0.0, std::abs(v) - 0.2), v);
+    const double settled = 10.0 * beyond;
+    const double share = 1.0 - std::exp(-kQuickRow_s / kLag_s);
+    place += settled * kQuickRow_s + (speed - settled) * kLag_s * share;
+    speed += share * (settled - speed);
+  }
+  const auto mended = [&](Index rows) {
+    Source source = record_of(later(command, rows), output);
+    source.record.step_s = kQuickRow_s;
+    return identify(source, task_of(source), {}, {}).mended_input;
+  };
+  EXPECT_EQ(mended(0), "");
+  EXPECT_EQ(mended(2), "--input-late 2");
+  EXPECT_EQ(mended(4), "--input-late 4") << "the lag of the first fit has vanished";
+}
+
 TEST(InputTrial, TakesNoDriftOfTheSensorForALateInput) {
   ident::PortableDraw draw(10);
   const VectorXd input = steps();
