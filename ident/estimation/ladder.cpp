@@ -305,16 +305,21 @@ class Climber {
   }
 
   /// Replaces a model that only coefficients compatible with 0 keep from being identified by the structure without
-  /// them, where that may be the best one and was not fitted yet.
+  /// them, where that may be the best one and was not fitted yet. @returns whether it was replaced
+  bool set_coefficients_to_0(ClimbedModel& climbed, double least) {
+    if (fits_.is_identified(climbed)) return false;
+    std::optional<ClimbedModel> smaller = climbed;
+    for (int k = 0; smaller && k < kMostZeroed && !fits_.is_identified(*smaller); ++k) {
+      smaller = ar_bic(*smaller) < least + kMostZeroed * kCoefficientCost ? without_least(*smaller) : std::nullopt;
+    }
+    if (!smaller || !fits_.is_identified(*smaller)) return false;
+    climbed = std::move(*smaller);
+    return true;
+  }
+
   void set_coefficients_to_0() {
     const double least = least_identified();
-    for (ClimbedModel& climbed : climb_.models) {
-      std::optional<ClimbedModel> smaller = climbed;
-      for (int k = 0; smaller && k < kMostZeroed && !fits_.is_identified(*smaller); ++k) {
-        smaller = ar_bic(*smaller) < least + kMostZeroed * kCoefficientCost ? without_least(*smaller) : std::nullopt;
-      }
-      if (smaller && fits_.is_identified(*smaller) && !fits_.is_identified(climbed)) climbed = std::move(*smaller);
-    }
+    for (ClimbedModel& climbed : climb_.models) set_coefficients_to_0(climbed, least);
   }
 
   /// The model without the coefficient that is most compatible with 0; nothing where that says no more than a
@@ -404,6 +409,11 @@ class Climber {
         if (climbed->is_rough) search_anew(*climbed);
       }
       if (profiles) add_profiles(wanted);
+      // A profile may show that a coefficient is compatible with 0.
+      const double least = least_identified();
+      for (ClimbedModel* climbed : wanted) {
+        if (set_coefficients_to_0(*climbed, least)) finished.erase(climbed->result.model.name);
+      }
       if (!any) break;
       recommend_anew();
     }

@@ -104,6 +104,27 @@ TEST(Ladder, FindsTheIntegratorBeforeAResonanceOfACylinder) {
   EXPECT_EQ(model->stability->integrator_order, 1.0);
 }
 
+TEST(Ladder, LeavesAZeroOutThatOnlyTheProfileOfADeadTimeShowsToBeNone) {
+  Model plant;
+  plant.transfer_function = {{{2.0, 0.0}}, {{0.2326, 2.0}, {0.1929, 1.0}, {1.0, 0.0}}, 0.04};
+  for (const std::uint64_t seed : {1, 5}) {
+    Record record;
+    record.step_s = 0.02;
+    record.input = Eigen::VectorXd::Zero(3000);
+    std::mt19937_64 draw(seed);
+    for (const double f_Hz : {0.05, 0.15, 0.25, 0.45, 0.65, 1.05, 1.55}) {
+      const double phase = 6.28 * uniform(draw);
+      for (Eigen::Index k = 0; k < record.input.size(); ++k) {
+        record.input[k] += std::sin(6.2832 * f_Hz * record.step_s * static_cast<double>(k) + phase);
+      }
+    }
+    record.output = simulate(plant, record.input, record.step_s);
+    for (double& y : record.output) y += 0.0015 * normal(draw);
+    const Climb found = climbed(record);
+    EXPECT_EQ(found.recommendation.model, "io") << seed << ": " << sentence(found.recommendation);
+  }
+}
+
 TEST(Ladder, SearchesRoughlyWhatCannotComeNearAndNeverItsAnswers) {
   Model plant;
   plant.transfer_function = {{{1.0, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0};
