@@ -31,6 +31,7 @@ constexpr double kDelayGain = 10.0;     // of AR-BIC
 constexpr double kPredictedGain = 0.0;  // of it, for which a delay is searched
 constexpr int kMostProfiled = 3;        // rounds: a profile may reject the model that was to be recommended
 constexpr double kMissing = 0.001;  // level of the residual's test with past input, for a zero beside fractional orders
+constexpr double kAlmost = 2.0;     // times the error of the best, for a search of poles beside a dead time
 constexpr int kMostZeroed = 2;      // coefficients of one model that are set to 0
 constexpr double kCoefficientCost = 10.0;  // more than AR-BIC charges for one
 // A structure behind a map is worth a whole search if it could come that near to the best two models, were the map to
@@ -77,7 +78,10 @@ class Climber {
     check_requests_used();
     set_coefficients_to_0();
     try_zero_beside_fractional_orders();
-    if (!wanted_.delay && try_delays()) set_coefficients_to_0();
+    if (!wanted_.delay && try_delays()) {
+      search_poles_beside_delays();
+      set_coefficients_to_0();
+    }
     recommend_finished();
     climb_.refused = std::move(left_.refused);
     climb_.work = std::move(left_.work);
@@ -293,6 +297,29 @@ class Climber {
       }
     }
     return true;
+  }
+
+  /// Where a part is missing beside a dead time, that may stand for two poles that no search from a known model finds:
+  /// the structures of integer order that err hardly more than the best are searched whole.
+  void search_poles_beside_delays() {
+    if (!misses_a_part()) return;
+    const ClimbedModel* best = best_of([](const ClimbedModel&) { return true; });
+    const double most = kAlmost * kAlmost * best->result.model.estimation->score.mse;
+    std::vector<ClimbedModel*> near;
+    for (ClimbedModel& climbed : climb_.models) {
+      const Model& model = climbed.result.model;
+      const bool has_resonance = state_count(climbed.structure.structure) > 2;
+      if (is_estimated(climbed.structure, climbed.structure.structure.delay) && !has_estimated_order(model) &&
+          has_resonance && model.estimation->score.mse <= most) {
+        near.push_back(&climbed);
+      }
+    }
+    std::vector<LeftByFits> left(near.size());
+    at_once(near.size(), [&](std::size_t k) {
+      auto anew = fits_.fitted(near[k]->structure, Search::global, {near[k]->result.model}, left[k]);
+      if (anew && ar_bic(*anew) < ar_bic(*near[k])) *near[k] = std::move(*anew);
+    });
+    for (LeftByFits& one : left) left_ += std::move(one);
   }
 
   /// The least AR-BIC that is identified; infinite without one.

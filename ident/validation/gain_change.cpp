@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "ident/validation/gain_change.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,22 +21,30 @@ constexpr double kMostLeft = 0.1;       // of the output's variance, beside a ch
 constexpr double kLeastChange = 0.1;    // of the gain
 constexpr double kLeastError = 0.02;    // of the output's standard deviation, which a change must make
 
-/// GainSums of products of 1, the model's output and the measured one.
-using GainSums = Eigen::Matrix3d;
+/// Sums of products of 1, the time, the model's output and the measured one.
+using GainSums = Eigen::Matrix4d;
 
-/// What one gain and one offset leave over of the samples that the sums are of, squared, and that gain.
-struct GainLine {
-  double left = 0.0;
-  double gain = 0.0;
+/// Sums of squares and products of the model's output x and the measured y beside an offset, or a straight line.
+struct BesideLine {
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+
+  [[nodiscard]] double gain() const { return xx > 0.0 ? xy / xx : 0.0; }
+  [[nodiscard]] double left() const { return std::max(0.0, yy - (xx > 0.0 ? xy * xy / xx : 0.0)); }
 };
 
-GainLine gain_line_of(const GainSums& sums) {
-  const double n = sums(0, 0);
-  const double xx = sums(1, 1) - sums(0, 1) * sums(0, 1) / n;
-  const double xy = sums(1, 2) - sums(0, 1) * sums(0, 2) / n;
-  const double yy = sums(2, 2) - sums(0, 2) * sums(0, 2) / n;
-  if (!(xx > 0.0)) return {std::max(0.0, yy), 0.0};
-  return {std::max(0.0, yy - xy * xy / xx), xy / xx};
+/// @param others  1: beside an offset; 2: beside a straight line
+BesideLine beside(const GainSums& sums, Index others) {
+  const Eigen::MatrixXd line = sums.topLeftCorner(others, others);
+  const Eigen::MatrixXd both = sums.bottomLeftCorner(2, others);
+  const Eigen::MatrixXd left = sums.bottomRightCorner<2, 2>() - both * line.ldlt().solve(both.transpose());
+  return {left(0, 0), left(0, 1), left(1, 1)};
+}
+
+/// What is left over of two parts that have one gain.
+double left_by_one_gain(const BesideLine& a, const BesideLine& b) {
+  return BesideLine{a.xx + b.xx, a.xy + b.xy, a.yy + b.yy}.left();
 }
 
 }  // namespace
@@ -65,26 +74,35 @@ std::optional<GainChange> gain_change(const Eigen::VectorXd& time_s, const Eigen
   for (int part = 0; part < kTimesTried; ++part) {
     const Index first = first_of(part);
     const Index count = first_of(part + 1) - first;
-    Eigen::MatrixXd columns(count, 3);
-    columns << Eigen::VectorXd::Ones(count), x.segment(first, count), y.segment(first, count);
+    Eigen::MatrixXd columns(count, 4);
+    columns << Eigen::VectorXd::Ones(count), drifts.col(1).segment(first, count), x.segment(first, count),
+        y.segment(first, count);
     parts[static_cast<std::size_t>(part)] = columns.transpose() * columns;
     all += parts[static_cast<std::size_t>(part)];
   }
-  std::optional<GainChange> found;
-  double least = std::min(kFarBetter * left_by_drifts, kMostLeft * y.squaredNorm());
-  GainSums before = GainSums::Zero();
-  for (int part = 0; part < kTimesTried - kBesideEnd; ++part) {
-    before += parts[static_cast<std::size_t>(part)];
-    if (part + 1 < kBesideEnd) continue;
-    const GainLine early = gain_line_of(before);
-    const GainLine late = gain_line_of(all - before);
-    if (!(early.left + late.left < least) || !(early.gain > 0.0) || !(late.gain > 0.0)) continue;
-    least = early.left + late.left;
-    const double ratio = late.gain / early.gain;
-    found.reset();
-    if (std::abs(std::log(ratio)) > kLeastChange) found = GainChange{time_s[first_of(part + 1)], ratio};
+  const double most = std::min(kFarBetter * left_by_drifts, kMostLeft * y.squaredNorm());
+  // What changes the gain of a rod may change its null, too, which then drifts at another rate; no change of the drift
+  // alone may explain as much.
+  for (const Index others : {1, 2}) {
+    std::optional<GainChange> found;
+    double least = most;
+    GainSums before = GainSums::Zero();
+    for (int part = 0; part < kTimesTried - kBesideEnd; ++part) {
+      before += parts[static_cast<std::size_t>(part)];
+      if (part + 1 < kBesideEnd) continue;
+      const BesideLine early = beside(before, others);
+      const BesideLine late = beside(all - before, others);
+      const double left = early.left() + late.left();
+      if (!(left < least) || !(early.gain() > 0.0) || !(late.gain() > 0.0)) continue;
+      least = left;
+      found.reset();
+      if (others > 1 && !(left < kFarBetter * left_by_one_gain(early, late))) continue;
+      const double ratio = late.gain() / early.gain();
+      if (std::abs(std::log(ratio)) > kLeastChange) found = GainChange{time_s[first_of(part + 1)], ratio};
+    }
+    if (found) return found;
   }
-  return found;
+  return std::nullopt;
 }
 
 OtherGain other_gain(const Eigen::VectorXd& measured, const Eigen::VectorXd& simulated) {

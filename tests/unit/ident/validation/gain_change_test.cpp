@@ -46,6 +46,18 @@ TEST(GainChange, IsFoundAtItsTime) {
   }
 }
 
+TEST(GainChange, IsFoundBesideADriftThatBeginsWithIt) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const auto found =
+        change_in([](double t_s, double y) { return t_s < 75.0 ? y : 0.78 * y - 0.1 * (t_s - 75.0); }, seed);
+    ASSERT_TRUE(found) << seed;
+    EXPECT_NEAR(found->time_s, 75.0, 1.6);
+    EXPECT_NEAR(found->ratio, 0.78, 0.05);
+    EXPECT_FALSE(change_in([](double t_s, double y) { return t_s < 75.0 ? y : y - 0.1 * (t_s - 75.0); }, seed))
+        << "a drift alone";
+  }
+}
+
 TEST(OtherGain, IsNearestBesideAnOffset) {
   const Eigen::VectorXd simulated = Eigen::VectorXd::LinSpaced(500, -2.0, 7.0).array().sin();
   const Eigen::VectorXd noise = Eigen::VectorXd::LinSpaced(500, 0.0, 400.0).array().cos() * 0.01;
