@@ -15,14 +15,11 @@
 #include "core/os/files.hpp"
 
 namespace eha::os {
-namespace {
 
 bool is_in_memory(const std::filesystem::path& folder) {
   struct statfs facts {};
-  return statfs(folder.c_str(), &facts) == 0 && facts.f_type == TMPFS_MAGIC;
+  return statfs(folder.empty() ? "." : folder.c_str(), &facts) == 0 && facts.f_type == TMPFS_MAGIC;
 }
-
-}  // namespace
 
 SharedMemory SharedMemory::create(std::size_t size, const std::filesystem::path& path) {
   FileDescriptor file;

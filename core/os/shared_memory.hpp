@@ -8,6 +8,9 @@
 
 namespace eha::os {
 
+/// Whether a folder is in memory (tmpfs); empty: the present one.
+[[nodiscard]] bool is_in_memory(const std::filesystem::path& folder);
+
 /// Mapping of a file in memory, for reading and writing, shared with all other processes that map it. Its pages are
 /// present from the start. Not thread-safe.
 class SharedMemory {

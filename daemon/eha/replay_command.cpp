@@ -57,7 +57,7 @@ struct ReplayCommand {
   std::string source;                        ///< run folder or record
   std::optional<std::string> rig_file = {};  ///< none: the run's own where it is simulated, else default_rig_file()
   std::vector<std::string> calibrate = {};   ///< KEY or KEY=LOW:HIGH
-  std::filesystem::path twin = "twin.toml";  ///< written when something is calibrated
+  std::optional<std::filesystem::path> twin = {};  ///< written when something is calibrated; none: a new twin.toml
   std::optional<std::filesystem::path> output = {};
 };
 
@@ -184,16 +184,16 @@ std::vector<std::string> further_keys(const hal::SimOptions& options, const repl
 }
 
 /// The next command after a calibration whose error is more than noise.
-std::string next_of_doubtful(const ReplayCommand& command, const std::vector<std::string>& further) {
+std::string next_of_doubtful(const ReplayCommand& command, const std::string& twin,
+                             const std::vector<std::string>& further) {
   std::string next = "eha replay " + shell_word(command.source);
   if (further.empty()) {
-    return fmt::format("{} --rig {} -o {}", next, shell_word(command.twin.string()),
-                       shell_word(free_name("overlay.svg")));
+    return fmt::format("{} --rig {} -o {}", next, shell_word(twin), shell_word(free_name("overlay.svg")));
   }
   if (command.rig_file) next += " --rig " + shell_word(*command.rig_file);
   next += " --calibrate";
   for (const std::string& key : command.calibrate) next += " " + shell_word(key);
-  return fmt::format("{} {} --twin {}", next, further.front(), shell_word(command.twin.string()));
+  return fmt::format("{} {} --twin {}", next, further.front(), shell_word(twin));
 }
 
 ExitCode execute(const ReplayCommand& command, Console& console) {
@@ -236,6 +236,7 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
       rig.name, ident::percent_text(score.r2_percent), ident::percent_text(score.fit_percent),
       factor * std::sqrt(score.mse), factor * score.error_min, factor * score.error_max, unit.of("in"), rig.file_name);
   std::vector<std::string> further;
+  std::string twin_file;
   if (calibration) {
     std::vector<std::vector<std::string>> rows;
     Json parameters = Json::array();
@@ -264,17 +265,18 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
                                         fmt::join(further, ", "))));
     }
     const std::string calibrated = replay::twin_text(rig.text, *calibration, source.name);
-    const std::string twin = with_own_following(calibrated, command.twin.string());
-    os::write_file_atomically(command.twin, twin);
+    twin_file = command.twin ? command.twin->string() : free_name("twin.toml");
+    const std::string twin = with_own_following(calibrated, twin_file);
+    os::write_file_atomically(twin_file, twin);
     document["converged"] = calibration->converged;
     document["error_over_noise"] = calibration->rms_error_in / calibration->noise_in;
     document["parameters"] = std::move(parameters);
-    document["twin"] = command.twin.string();
+    document["twin"] = twin_file;
     const std::string_view kept = twin == calibrated          ? ""
                                   : is_doubtful(*calibration) ? ", whose [following] holds these doubtful numbers, too"
                                                               : ", with null, dead band and gains of its valve in "
                                                                 "[following]";
-    text += fmt::format("written: {}{}\n", command.twin.string(), kept);
+    text += fmt::format("written: {}{}\n", twin_file, kept);
   }
   if (command.output) {
     if (command.output->extension() == ".csv") {
@@ -289,9 +291,9 @@ ExitCode execute(const ReplayCommand& command, Console& console) {
   console.print(text);
   if (calibration && !calibration->converged) return ExitCode::not_converged;
   if (calibration && is_doubtful(*calibration)) {
-    console.next_step(next_of_doubtful(command, further));
+    console.next_step(next_of_doubtful(command, twin_file, further));
   } else if (calibration) {
-    console.next_step(suggest::run(simulated_access(command.twin.string()), {an_experiment()}));
+    console.next_step(suggest::run(simulated_access(twin_file), {an_experiment()}));
   } else {
     console.next_step(
         fmt::format("eha replay {} --calibrate valve_null_offset_V valve_dead_band_V", shell_word(command.source)));
@@ -313,7 +315,8 @@ void add_replay(CLI::App& app, ParsedLine& line) {
       ->type_name("RIG");
   CLI::Option* calibrate = sub->add_option("--calibrate", command.calibrate, "Fit these keys of [sim]; may be repeated")
                                ->type_name("KEY[=LOW:HIGH]");
-  sub->add_option("--twin", command.twin, "Rig file to write the calibrated values to (default twin.toml)")
+  sub->add_option("--twin", command.twin,
+                  "Rig file to write the calibrated values to (default twin.toml, or twin-2.toml where that is there)")
       ->type_name("FILE")
       ->needs(calibrate);
   sub->add_option("-o,--output", command.output, "Overlay to write: a picture (.svg, .png, .pdf) or .csv")

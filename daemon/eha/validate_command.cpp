@@ -285,7 +285,9 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     for (const std::string& reason : shown.verdict->reasons) text += "  " + wrapped(reason, 2) + "\n";
   }
   if (is_another && !exchanged && silent.empty()) {
-    text += change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown);
+    // One sentence each, which the next does not go on.
+    std::istringstream sentences(change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown));
+    for (std::string line; std::getline(sentences, line);) text += "  " + wrapped(line.substr(2), 4) + "\n";
   }
   text += fmt::format("On {} samples:\n", validation.score.samples);
   text += score_line("offset kept", scored.score, shown);

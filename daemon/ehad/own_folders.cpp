@@ -55,7 +55,7 @@ void prepare(const fs::path& folder, std::string_view option) {
 void prepare_folders(const Options& options) {
   prepare(options.state, "--state DIR");
   const fs::path of_socket = options.socket.parent_path();
-  if (!of_socket.empty()) prepare(of_socket, "--socket DIR/ehad.sock (and EHA_SOCKET for eha)");
+  prepare(of_socket.empty() ? "." : of_socket, "--socket DIR/ehad.sock (and EHA_SOCKET for eha)");
 }
 
 }  // namespace eha::service

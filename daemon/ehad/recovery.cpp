@@ -26,7 +26,7 @@ bool only_places(const Entry& entry) {
   }
 }
 
-void settle_running(Entry& entry, const fs::path& runs_folder) {
+void settle_running(Entry& entry, const fs::path& runs_folder, bool keeps_last_rows) {
   entry.state = EntryState::over;
   entry.exit_code = static_cast<int>(ExitCode::device_unavailable);
   entry.outcome = "lost";
@@ -39,7 +39,8 @@ void settle_running(Entry& entry, const fs::path& runs_folder) {
     try {
       const record::Manifest manifest = record::read_manifest(folder);
       entry.outcome = record::outcome_text(manifest);
-      const bool is_torn = record::is_torn_run(folder);
+      const bool is_torn =
+          record::is_torn_run(folder) || (!keeps_last_rows && manifest.outcome == acquisition::Outcome::recovered);
       may_have_jumped = record::reading_jumped(manifest) || is_torn;
       may_have_missed = record::missed_motion(manifest) || is_torn;
       entry.note = "ehad ended during this run";
@@ -108,9 +109,9 @@ void recover_runs(const fs::path& runs_folder, const std::function<void()>& befo
                                           .failed = [](const std::string& message) { spdlog::error("{}", message); }});
 }
 
-void settle(std::vector<Entry>& entries, const fs::path& runs_folder) {
+void settle(std::vector<Entry>& entries, const fs::path& runs_folder, bool keeps_last_rows) {
   for (Entry& entry : entries) {
-    if (entry.state == EntryState::running) settle_running(entry, runs_folder);
+    if (entry.state == EntryState::running) settle_running(entry, runs_folder, keeps_last_rows);
     if (entry.state == EntryState::fitting) settle_fitting(entry, runs_folder);
     if (entry.state == EntryState::waiting || entry.state == EntryState::held) settle_waiting(entry);
   }

@@ -17,7 +17,9 @@ void recover_runs(const std::filesystem::path& runs_folder, const std::function<
 
 /// Closes the entries of experiments that were running when the program died. Plays none again, does not repeat a
 /// finished fit, and refuses a move to a place that had not begun. Call after recover_runs.
-void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder);
+/// @param keeps_last_rows  whether the last rows of a run survive the death of service and guard; else a run that was
+///                         recovered may have slipped in them
+void settle(std::vector<Entry>& entries, const std::filesystem::path& runs_folder, bool keeps_last_rows);
 
 /// Returns the models in a run's manifest: [{"name", "accepted", ...}]; empty if there are none or it cannot be read.
 [[nodiscard]] Json models_of(const std::filesystem::path& run_folder) noexcept;

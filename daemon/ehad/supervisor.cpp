@@ -78,7 +78,14 @@ void Supervisor::load_queue() {
   std::vector<Entry> entries = store_.load(damaged);
   for (const std::string& message : damaged) spdlog::error("{}", message);
   const std::vector<Entry> before = entries;
-  settle(entries, runs_folder());
+  const bool keeps_last_rows = os::is_in_memory(options_.socket.parent_path());
+  if (!keeps_last_rows) {
+    spdlog::warn(
+        "{}: a folder on a disk: the last rows of a run do not survive a kill of service and guard at once; "
+        "after a kill in a run arming asks for a ruler",
+        fs::absolute(options_.socket.parent_path()).string());
+  }
+  settle(entries, runs_folder(), keeps_last_rows);
   for (std::size_t i = 0; i < entries.size(); ++i) {
     if (entries[i].state != before[i].state) store_.save(entries[i]);
   }

@@ -133,7 +133,7 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
       fmt::format(
           "The input's column comes about {} row{} ({:.3g} s) late, after the output that it moves: with the "
           "input of as many rows later {} errs {} times as much{}, and no plant answers before its input. If the "
-          "input was played, shift the column back (`eha fit --input-late {}`), or mend the logger; if a "
+          "input was played, shift the column back (option --input-late {} of `eha fit`), or mend the logger; if a "
           "controller made it from the output, the record is of a loop, and no shift mends it",
           best_rows, best_rows == 1 ? "" : "s", row_s * static_cast<double>(best_rows), best->name,
           ident::figure_text(best->error / least), is_far_less ? "" : " and leaves plain noise over", best_rows),

@@ -249,6 +249,14 @@ std::string taken_as_even(const Rows& rows, const std::filesystem::path& path, c
   return period ? "; taken as even, " + period_offer(*period, path, options) : "";
 }
 
+/// Columns whose unit the file tells, and no option.
+std::vector<std::size_t> told_by_file(std::vector<std::size_t> columns, const Roles& roles, const Options& options) {
+  std::erase_if(columns, [&](std::size_t i) {
+    return (options.input_unit && i == roles.input) || (options.output_unit && i == roles.output);
+  });
+  return columns;
+}
+
 /// The columns as selected: without a time, one of zeros would only cost.
 Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Selection& selection,
                    const std::filesystem::path& path, const Options& options) {
@@ -256,7 +264,7 @@ Imported assembled(Rows& rows, const Table& table, const Roles& roles, const Sel
   const ReplacedClock clock = roles.time || !options.period_s
                                   ? ReplacedClock()
                                   : replaced_clock(table, roles, selection, rows.count(), path, options);
-  imported.remarks = remarks_on_two_units(table.columns(), selection.columns, path);
+  imported.remarks = remarks_on_two_units(table.columns(), told_by_file(selection.columns, roles, options), path);
   imported.remarks.insert(imported.remarks.end(), rows.remarks.begin(), rows.remarks.end());
   imported.remarks.insert(imported.remarks.end(), clock.remarks.begin(), clock.remarks.end());
   const bool fills = options.resample || !clock.places.empty();
@@ -524,7 +532,7 @@ ImportedInput import_input(const std::filesystem::path& path, const Options& opt
     input.series.channel.unit = unit;
   }
   input.guess = guess_text(*table, roles, path, record);
-  input.remarks = remarks_on_two_units(table->columns(), selection.columns, path);
+  input.remarks = remarks_on_two_units(table->columns(), told_by_file(selection.columns, roles, options), path);
   if (std::string remark = remark_on_pace(record.step_s, "", path); !remark.empty()) input.remarks.push_back(remark);
   return input;
 }

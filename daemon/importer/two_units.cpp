@@ -40,7 +40,7 @@ std::vector<std::string> remarks_on_two_units(const std::vector<Column>& columns
     const std::optional<double> factor = factor_between(column.unit, column.other_unit);
     remarks.push_back(fmt::format(
         "{}: column {} has two units, {} in its name and {} below it: {} is taken; if {} is right, {}: "
-        "correct the name in a copy of the file",
+        "give it with --input-unit or --output-unit, or correct the name in a copy of the file",
         path.string(), described(columns, i), column.unit, column.other_unit, column.unit, column.other_unit,
         factor ? fmt::format("its values are wrong by the factor {:.6g}", *factor) : "it is another quantity"));
   }

@@ -33,7 +33,9 @@ fs::path beside(const fs::path& snapshot) { return snapshot.parent_path() / kPag
 
 OwnedRig::OwnedRig(const config::RigConfig& config, fs::path snapshot)
     : moves_machine_(hal::moves_machine(config.backend)),
-      memory_(os::SharedMemory::create(sizeof(GuardPage), snapshot.empty() ? snapshot : beside(snapshot))),
+      // The name in that folder is of the service that drives a card, which may be another one.
+      memory_(os::SharedMemory::create(sizeof(GuardPage),
+                                       moves_machine_ && !snapshot.empty() ? beside(snapshot) : fs::path())),
       page_(new (memory_.data()) GuardPage) {
   page_->mark_version();
   std::unique_ptr<hal::Rig> rig = open_at_rest(config);

@@ -39,7 +39,7 @@ class ServiceArming : public ::testing::Test {
   }
 
   DrivenRig rig_;
-  Daemon daemon_;
+  Daemon daemon_{"schema = 1\n", "/dev/shm"};  // as /run of a machine: the guard's page outlives both processes
   /// Plays an experiment during which the reading jumps, which ends it with a fault.
   void slip(double by_in, const char* fault) {
     const std::int64_t entry = submit(*client_, quiet_experiment_text("slips", 20.0), false);

@@ -37,7 +37,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 
 }  // namespace
 
-Daemon::Daemon(const std::string& settings) : log_file_(folder_.path() / "log") {
+Daemon::Daemon(const std::string& settings, const fs::path& base) : folder_(base), log_file_(folder_.path() / "log") {
   folder_.write("ehad.toml", settings);
   fs::copy_file(source_file("config/rigs/sim.toml"), rig_file());
   const sockaddr_un address = control::socket_address(folder_.path() / "notify");

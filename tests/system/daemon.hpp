@@ -35,7 +35,9 @@ inline constexpr int kDeviceDescriptor = 40;
 class Daemon {
  public:
   /// @param settings  content of ehad.toml
-  explicit Daemon(const std::string& settings = "schema = 1\n");
+  /// @param base  of its folder
+  explicit Daemon(const std::string& settings = "schema = 1\n",
+                  const std::filesystem::path& base = std::filesystem::temp_directory_path());
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
   ~Daemon();

@@ -25,7 +25,7 @@ acquisition::RunReport ended_by(Fault fault, double value, double limit) {
 }
 
 /// What becomes of a machine's run that ehad did not survive.
-Entry settled(const record::Manifest& written) {
+Entry settled(const record::Manifest& written, bool keeps_last_rows = true) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "run");
   record::Manifest manifest = written;
@@ -36,7 +36,7 @@ Entry settled(const record::Manifest& written) {
   entry.run = "run";
   entry.calibration = std::pair{0.31, 2.95};
   std::vector<Entry> entries{entry};
-  settle(entries, folder.path());
+  settle(entries, folder.path(), keeps_last_rows);
   EXPECT_EQ(entries[0].state, EntryState::over);
   EXPECT_TRUE(entries[0].is_open_fault);
   return entries[0];
@@ -72,6 +72,15 @@ TEST(Recovery, KeepsASlipThatOnlyTheJournalNames) {
   EXPECT_TRUE(settled(manifest).has_open_slip) << "how fast is not known";
   manifest.other[record::kFaultOfRows] = "travel_limit";
   EXPECT_FALSE(settled(manifest).has_open_slip);
+}
+
+TEST(Recovery, TrustsNoRecoveredRunWhoseLastRowsDiedWithTheGuard) {
+  record::Manifest manifest = record::manifest_from_header({{"name", "sine"}});
+  manifest.outcome = acquisition::Outcome::recovered;
+  manifest.recovery = {.utc = record::utc_now(), .end = nullptr};
+  EXPECT_FALSE(settled(manifest, true).has_open_slip);
+  EXPECT_TRUE(settled(manifest, false).has_open_slip);
+  EXPECT_TRUE(settled(manifest, false).missed_motion);
 }
 
 }  // namespace
