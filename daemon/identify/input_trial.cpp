@@ -114,7 +114,7 @@ std::optional<LateInput> of_late_input(const Source& source, const Identificatio
   const bool is_far_less = best->error <= kLessByShift * least;
   if (!is_far_less) {
     // A lag makes up for most of a row or two; that the rest is plain noise then tells.
-    const auto samples = static_cast<double>(record.input.size() / parts);
+    const auto samples = static_cast<double>(all_rows);
     if (!(2.0 * samples * std::log(least / best->error) > kGainByShift)) return std::nullopt;
     const auto leaves_plain_noise = [&](Index rows) {
       const auto found =
