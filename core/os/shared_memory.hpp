@@ -8,7 +8,8 @@
 
 namespace eha::os {
 
-/// Whether a folder is in memory (tmpfs); empty: the present one.
+/// Whether a folder is in memory (tmpfs); empty: the present one. False of one that cannot be looked at. Cost: a call
+/// of the system.
 [[nodiscard]] bool is_in_memory(const std::filesystem::path& folder);
 
 /// Mapping of a file in memory, for reading and writing, shared with all other processes that map it. Its pages are

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <utility>
 #include <vector>
 
 #include "ident/model/parameter_text.hpp"
@@ -65,25 +66,29 @@ nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident
           {"other_unit", change.other_unit}};
 }
 
-std::string change_sentences(const ident::PlantChange& change, const ident::Model& model, Shows shows) {
-  std::string text;
-  for (const ParameterChange& p : change.parameters) {
-    if (p.changed) text += "  " + change_sentence(p, model, shows) + "\n";
-  }
-  if (const std::string unit = ident::unit_instead(change); !unit.empty()) text += "  " + unit + "\n";
+std::vector<std::string> change_sentences(const ident::PlantChange& change, const ident::Model& model, Shows shows) {
+  std::vector<std::string> sentences;
+  const auto add = [&](std::string sentence) {
+    if (!sentence.empty()) sentences.push_back(std::move(sentence));
+  };
   std::vector<std::string> changed;
   for (const ParameterChange& p : change.parameters) {
-    if (p.changed) changed.push_back(p.name);
+    if (!p.changed) continue;
+    add(change_sentence(p, model, shows));
+    changed.push_back(p.name);
   }
-  if (const std::string instead = ident::map_instead(changed, model.input_map.has_value()); !instead.empty()) {
-    text += "  " + instead + "\n";
-  }
-  if (const std::string whose = whose_valve(change, model); !whose.empty()) text += "  " + whose + "\n";
-  for (const ParameterChange& p : change.parameters) {
-    if (const std::string hidden = ident::hidden_sentence(p, model); !hidden.empty()) text += "  " + hidden + "\n";
-  }
-  for (const std::string& name : change.other_unit) text += "  " + ident::other_unit_sentence(name) + "\n";
-  for (const std::string& name : change.undetermined) text += "  " + name + " is not determined by both records\n";
+  add(ident::unit_instead(change));
+  add(ident::map_instead(changed, model.input_map.has_value()));
+  add(whose_valve(change, model));
+  for (const ParameterChange& p : change.parameters) add(ident::hidden_sentence(p, model));
+  for (const std::string& name : change.other_unit) add(ident::other_unit_sentence(name));
+  for (const std::string& name : change.undetermined) add(name + " is not determined by both records");
+  return sentences;
+}
+
+std::string change_lines(const ident::PlantChange& change, const ident::Model& model, Shows shows) {
+  std::string text;
+  for (const std::string& sentence : change_sentences(change, model, shows)) text += "  " + sentence + "\n";
   return text;
 }
 

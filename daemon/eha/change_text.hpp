@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "ident/validation/parameter_change.hpp"
 
@@ -18,10 +19,14 @@ enum class Shows {
 [[nodiscard]] std::string change_sentence(const ident::ParameterChange& change, const ident::Model& model,
                                           Shows shows = Shows::change);
 
-/// Returns one line for each parameter that changed, one that says whose number a changed null or dead band is, one for
-/// each parameter whose change another one hides, and one for each that the records do not determine.
-[[nodiscard]] std::string change_sentences(const ident::PlantChange& change, const ident::Model& model,
-                                           Shows shows = Shows::change);
+/// Returns a sentence for each parameter that changed, one that says whose number a changed null or dead band is, one
+/// for each parameter whose change another one hides, and one for each that the records do not determine.
+[[nodiscard]] std::vector<std::string> change_sentences(const ident::PlantChange& change, const ident::Model& model,
+                                                        Shows shows = Shows::change);
+
+/// The same, each in a line of its own, indented.
+[[nodiscard]] std::string change_lines(const ident::PlantChange& change, const ident::Model& model,
+                                       Shows shows = Shows::change);
 
 [[nodiscard]] nlohmann::ordered_json change_json(const ident::PlantChange& change, const ident::Model& model);
 

@@ -216,7 +216,7 @@ class RunsAnswer {
       out_.findings.sentences.push_back(fmt::format("{}: cannot tell: {}.", titles_[i], subject.cannot_tell));
     }
     const Shows shows = subject.cannot_tell.empty() ? Shows::change : Shows::difference;
-    found_ += with_commands(change_sentences(change, model, shows), sources_, {i});
+    found_ += with_commands(change_lines(change, model, shows), sources_, {i});
     add_changes(out_.findings.sentences, titles_[i], change, model, shows);
     if (subject.map_cause == report::MapCause::leak_and_valve && report::changes_valve(change)) {
       const std::string both = fmt::format(

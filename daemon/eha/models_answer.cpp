@@ -105,7 +105,7 @@ Compared described(const std::vector<ident::Model>& models, const std::vector<st
     }
     if (i == 1) out.findings.heading = says;
     if (models.size() > 2) found += fmt::format("{} and {}: {}\n", titles.front(), titles[i], says);
-    if (!change.parameters.empty() || !change.other_unit.empty()) found += change_sentences(change, models[i], shows);
+    if (!change.parameters.empty() || !change.other_unit.empty()) found += change_lines(change, models[i], shows);
     if (!change.parameters.empty()) found += table_of(out.subjects.front(), out.subjects.back(), shows);
     if (is_bent) {
       found += capitalised(bent) + "\n";

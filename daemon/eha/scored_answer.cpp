@@ -127,7 +127,7 @@ Compared described(const std::vector<identify::ScoredModel>& scored, const std::
         "{}: a model of another plant, although it scores R2 {} %: its error is {:.1f} times that of its structure "
         "fitted to {}\n",
         files[i], ident::percent_text(best.r2_percent), one.rms_error / one.refit_rms_error, source.name);
-    sentences += change_sentences(*one.change, models[i]);
+    sentences += change_lines(*one.change, models[i]);
   }
   out.findings.title = fmt::format("Models on {}", report::titles_of({source.name}).front());
   std::vector<const ident::PlantChange*> changes;

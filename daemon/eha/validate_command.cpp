@@ -285,9 +285,10 @@ ExitCode execute(const ValidateCommand& command, Console& console) {
     for (const std::string& reason : shown.verdict->reasons) text += "  " + wrapped(reason, 2) + "\n";
   }
   if (is_another && !exchanged && silent.empty()) {
-    // One sentence each, which the next does not go on.
-    std::istringstream sentences(change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown));
-    for (std::string line; std::getline(sentences, line);) text += "  " + wrapped(line.substr(2), 4) + "\n";
+    for (const std::string& sentence :
+         change_sentences(ident::in_output_unit(*scored_here.change, shown_factor), shown)) {
+      text += "  " + wrapped(sentence, 4) + "\n";
+    }
   }
   text += fmt::format("On {} samples:\n", validation.score.samples);
   text += score_line("offset kept", scored.score, shown);

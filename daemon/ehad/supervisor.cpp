@@ -78,12 +78,13 @@ void Supervisor::load_queue() {
   std::vector<Entry> entries = store_.load(damaged);
   for (const std::string& message : damaged) spdlog::error("{}", message);
   const std::vector<Entry> before = entries;
-  const bool keeps_last_rows = os::is_in_memory(options_.socket.parent_path());
-  if (!keeps_last_rows) {
+  const fs::path page_folder = snapshot_beside(options_.socket).parent_path();
+  const bool keeps_last_rows = os::is_in_memory(page_folder);
+  if (!keeps_last_rows && hal::moves_machine(rig_.config()->backend)) {
     spdlog::warn(
-        "{}: a folder on a disk: the last rows of a run do not survive a kill of service and guard at once; "
-        "after a kill in a run arming asks for a ruler",
-        fs::absolute(options_.socket.parent_path()).string());
+        "{} is on a disk: the last rows of a run do not survive a kill of service and guard at once; after a kill in a "
+        "run arming asks for a ruler",
+        page_folder.empty() ? "the present folder" : page_folder.string());
   }
   settle(entries, runs_folder(), keeps_last_rows);
   for (std::size_t i = 0; i < entries.size(); ++i) {

@@ -6,7 +6,7 @@
 
 namespace eha::identify {
 
-/// Called in the thread that requested long work, before each step of it.
+/// Called before each step of long work, one at a time, in any of its threads.
 /// @param share  done so far, 0..1
 /// @param step   "fitting io"; one that ends with a line feed is a result, which stays on a terminal
 using Progress = std::function<void(double share, const std::string& step)>;

@@ -278,6 +278,7 @@ class DefaultFit {
     if (least != begun.end() && least->termination != Termination::infeasible) starts.push_back(least->theta);
   }
 
+  /// With a model that the caller may not want.
   [[nodiscard]] Patience patience() const { return options_.most_mse ? Patience::little : Patience::full; }
 
   /// Optima on the whole record. @param searches  on it, from where they were left
@@ -286,9 +287,7 @@ class DefaultFit {
     const Parametrisation& parametrisation = problem.parametrisation();
     executor_(searches.size(), [&](std::size_t k) { proceed(problem, searches[k]); });
     // Valleys are flat where many coefficients are estimated.
-    if (is_thinly_covered(parametrisation)) {
-      follow_down_all(problem, searches, patience());
-    }
+    if (is_thinly_covered(parametrisation)) follow_down_all(problem, searches, patience());
     std::vector<LocalOptimum> optima;
     const std::size_t free = free_parameters(parametrisation, variant.linear);
     for (LeastSquaresResult& r : searches) {

@@ -81,22 +81,21 @@ std::string sentence_of(const Explanation& explanation) {
     case ExplanationKind::play:
       return fmt::format(
           "There is a play (backlash, hysteresis) of about {}: with it a structure errs {} times as much on unseen "
-          "data, "
-          "and no structure here has it; mend what is loose there and record again. The time constants, dead times and "
+          "data, and no structure here has it; mend what is loose there and record again. The time constants, dead "
+          "times and "
           "dead band of this model hold a part of it.",
           explanation.has, explanation.ratio);
     case ExplanationKind::power:
       return fmt::format(
           "The plant's gain is curved: behind the power sign(u) |u|^{} of the input a structure errs {} times as much "
-          "on "
-          "unseen data, and no structure here has that power; use the model at the recorded amplitudes, or apply the "
+          "on unseen data, and no structure here has that power; use the model at the recorded amplitudes, or apply "
+          "the "
           "power to the column of the input and fit that.",
           explanation.has, explanation.ratio);
     case ExplanationKind::limit:
       return fmt::format(
           "The plant saturates beyond about {} of the input: with the input limited to that a structure errs {} times "
-          "as "
-          "much on unseen data; record smaller amplitudes{}.",
+          "as much on unseen data; record smaller amplitudes{}.",
           explanation.has, explanation.ratio,
           explanation.options.empty() ? "; this record stays within that nowhere for long"
                                       : fmt::format(", or cut to a part with such ({})", explanation.options));

@@ -216,12 +216,15 @@ TEST(ServiceFolders, AreMadeAndLeftToTheirOwner) {
   const std::string rig = source_file("config/rigs/sim.toml");
   const std::string ehad =
       std::string(EHAD_PROGRAM) + " --rig " + rig + " --config " + folder.path().string() + "/none";
-  const auto start = [&](const std::string& state, const std::string& socket) {
-    return output_of_shell("timeout -s TERM 1 " + ehad + " --state " + state + " --socket " + socket + " 2>&1");
+  const auto start = [&](const std::string& state, const std::string& socket, const std::string& in = "/") {
+    return output_of_shell("cd " + in + " && timeout -s TERM 1 " + ehad + " --state " + state + " --socket " + socket +
+                           " 2>&1");
   };
   const fs::path own = folder.path() / "made" / "here";
   EXPECT_NE(start(folder.path() / "state", own / "ehad.sock").find("listening at"), std::string::npos);
   EXPECT_TRUE(fs::exists(own));
+  const std::string bare = start(folder.path() / "state", "ehad.sock", own);
+  EXPECT_NE(bare.find("listening at"), std::string::npos) << bare;
   if (!can_change_user()) GTEST_SKIP() << "needs root, and another user";
   fs::create_directory(folder.path() / "theirs");
   ASSERT_EQ(chown((folder.path() / "theirs").c_str(), kAlice, static_cast<gid_t>(-1)), 0);
@@ -234,6 +237,9 @@ TEST(ServiceFolders, AreMadeAndLeftToTheirOwner) {
   fs::create_directory(folder.path() / "anybodys");
   fs::permissions(folder.path() / "anybodys", fs::perms::all);
   EXPECT_NE(start(folder.path() / "anybodys", own / "ehad.sock").find("any user may write there"), std::string::npos);
+  EXPECT_NE(start(folder.path() / "state", "ehad.sock", folder.path() / "anybodys").find("any user may write there"),
+            std::string::npos)
+      << "the folder in which it stands is one as well";
 }
 
 }  // namespace

@@ -23,11 +23,11 @@ ident::PlantChange moved(const char* name, ident::ParameterRole role) {
 TEST(ChangeSentences, SayWhoseNumberANullIsAndWhereTheValvesOwnIs) {
   ident::Model model;
   model.name = "io_valve";
-  const std::string null = change_sentences(moved("null", ident::ParameterRole::valve_null), model);
+  const std::string null = change_lines(moved("null", ident::ParameterRole::valve_null), model);
   EXPECT_NE(null.find("(-0.206 to -0.324)"), std::string::npos) << null;
   EXPECT_NE(null.find("null is that of the io_valve fits"), std::string::npos) << null;
   EXPECT_NE(null.find("eha characterise"), std::string::npos) << null;
-  const std::string gain = change_sentences(moved("K", ident::ParameterRole::numerator_coefficient), model);
+  const std::string gain = change_lines(moved("K", ident::ParameterRole::numerator_coefficient), model);
   EXPECT_EQ(gain.find("eha characterise"), std::string::npos) << gain;
 }
 
