@@ -125,6 +125,29 @@ TEST(Ladder, LeavesAZeroOutThatOnlyTheProfileOfADeadTimeShowsToBeNone) {
   }
 }
 
+TEST(Ladder, FindsTheTwoPolesThatADeadTimeStoodFor) {
+  Model plant;  // a resonance of 9.5 Hz behind a lag of 12 ms
+  plant.transfer_function = {
+      {{18.0, 0.0}}, {{3.333e-6, 4.0}, {4.378e-4, 3.0}, {0.02533, 2.0}, {1.0, 1.0}, {0.0, 0.0}}, 0.0};
+  plant.input_map = ValveMap{0.12, 0.25, 15.0 / 18.0};
+  Record record;
+  record.step_s = 0.01;
+  record.input.resize(6000);
+  std::mt19937_64 draw(2);
+  double level = 0.0;
+  for (Eigen::Index k = 0; k < record.input.size(); ++k) {
+    if (k % 100 == 0) level = 0.12 + 2.4 * uniform(draw) - 1.2;
+    record.input[k] = level;
+  }
+  record.output = simulate(plant, record.input, record.step_s);
+  for (double& y : record.output) y += 0.01 * normal(draw);
+  const Climb found = climbed(record);
+  EXPECT_EQ(found.recommendation.model, "cylinder_valve") << sentence(found.recommendation);
+  const Model* model = model_named(found, "cylinder_valve");
+  ASSERT_NE(model, nullptr);
+  EXPECT_NEAR(model->transfer_function.delay_s, 0.008, 0.002);
+}
+
 TEST(Ladder, SearchesRoughlyWhatCannotComeNearAndNeverItsAnswers) {
   Model plant;
   plant.transfer_function = {{{1.0, 0.0}}, {{0.5, 1.0}, {1.0, 0.0}}, 0.0};
