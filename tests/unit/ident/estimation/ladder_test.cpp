@@ -107,7 +107,7 @@ TEST(Ladder, FindsTheIntegratorBeforeAResonanceOfACylinder) {
 TEST(Ladder, LeavesAZeroOutThatOnlyTheProfileOfADeadTimeShowsToBeNone) {
   Model plant;
   plant.transfer_function = {{{2.0, 0.0}}, {{0.2326, 2.0}, {0.1929, 1.0}, {1.0, 0.0}}, 0.04};
-  for (const std::uint64_t seed : {1, 5}) {
+  for (const unsigned seed : {1U, 5U}) {
     Record record;
     record.step_s = 0.02;
     record.input = Eigen::VectorXd::Zero(3000);
